@@ -1,0 +1,1 @@
+"""Grade a class: a trusted judge outside, student code inside a sandbox."""

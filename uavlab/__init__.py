@@ -1,0 +1,1 @@
+"""uavlab: multirotor flight, estimation and control, to fly with and to learn from."""

@@ -1,0 +1,28 @@
+"""The one definition of every exercise; what the labs, the grader, the book and the tests read."""
+
+from uavlab.exercises.check import check, failure
+from uavlab.exercises.spec import (
+    STEMS,
+    Check,
+    Exercise,
+    all_exercises,
+    exercise,
+    exercises,
+    expect,
+    expect_close,
+    find,
+)
+
+__all__ = [
+    "STEMS",
+    "Check",
+    "Exercise",
+    "all_exercises",
+    "check",
+    "exercise",
+    "exercises",
+    "expect",
+    "expect_close",
+    "failure",
+    "find",
+]
