@@ -15,10 +15,13 @@ Laws, tested for every part (tests/test_laws.py):
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
+import numpy as np
+
 from uavlab.frames import Shift
-from uavlab.types import Command, Estimate, Fix, Imu, Pose, Reference
+from uavlab.types import GRAVITY, Command, Estimate, Fix, Imu, Pose, Reference
 
 Memory: TypeAlias = Any
 Reading: TypeAlias = Imu | Fix | Pose
@@ -108,8 +111,15 @@ class Stack(NamedTuple):
     provenance: Mapping[str, str] = {}  # function or part → mine, reference or stand-in
 
 
-def standing_command(mass: float, gravity: float) -> Command:
+def standing_command(mass: float) -> Command:
     """What an aircraft that hovers at rest is told: its weight as thrust [N], and no rates."""
-    import numpy as np
+    return Command(mass * GRAVITY, np.zeros(3), np.zeros(3))
 
-    return Command(mass * gravity, np.zeros(3), np.zeros(3))
+
+def asks(stem: str) -> Any:
+    """A dataclass field for a function that lab `stem` asks a student to write.
+
+    It has no default: `uavlab.flight.fill` finds the student's own, else the reference, else the
+    stand-in flies.
+    """
+    return field(metadata={"stem": stem})

@@ -1,7 +1,8 @@
 """What travels between the parts: NamedTuples of float64 arrays, SI units, radians.
 
 Axes: world z up; body x forward, y left, z up. ``R`` maps body to world. A vector is told in the
-world unless its comment says otherwise. NamedTuples, because compiled code takes them both ways and nobody can change one in flight.
+world unless its comment says otherwise. NamedTuples, because compiled code takes them both ways
+and nobody can change one in flight.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Room."""
+"""The loop in which minds meet the world, and its record."""

@@ -1,0 +1,225 @@
+"""The laws that every part obeys (uavlab/interfaces.py), each part tested by being in the list."""
+
+import copy
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from uavlab.flight.fill import fill
+from uavlab.frames import Shift, moved
+from uavlab.parts.controllers import HeadingController, TiltAxis
+from uavlab.parts.estimators import AlphaBetaGamma
+from uavlab.parts.missions import Follow, Waypoints, still
+from uavlab.parts.paths import circle, lemniscate
+from uavlab.parts.trackers import CommandFilter
+from uavlab.so3 import exp
+from uavlab.types import Command, Estimate, Fix, Imu, Pose, Reference
+
+MASS = 2.0
+HEADING = fill(HeadingController, mass=MASS)
+ESTIMATORS = [AlphaBetaGamma(), AlphaBetaGamma(position="gnss")]
+TRACKERS = [CommandFilter()]
+CONTROLLERS = [TiltAxis(MASS), HEADING.part]
+MISSIONS = [
+    Waypoints(((0.0, (0.0, 0.0, 2.0), 0.3), (0.5, (1.0, 2.0, 3.0), -1.0))),
+    Follow(circle(np.array([1.0, 2.0, 3.0]), 5.0), 1.4, 3.0),
+    Follow(circle(np.zeros(3), 5.0), 1.4, 3.0, face=np.zeros(3)),
+    Follow(lemniscate(np.zeros(3), 8.0, 4.0, 0.5), 0.8),
+]
+SHIFT = Shift(np.array([3.0, -2.0, 0.5]), 0.4)
+DT = 0.01
+
+
+def random_estimate(rng: np.random.Generator, tilt: float = 0.5) -> Estimate:
+    return Estimate(
+        rng.normal(size=3) * 5,
+        rng.normal(size=3) * 2,
+        rng.normal(size=3),
+        exp(np.array([0, 0, rng.uniform(-3, 3)])) @ exp(rng.normal(size=3) * tilt / 2),
+        rng.normal(size=3),
+    )
+
+
+def random_reference(rng: np.random.Generator, near: Estimate) -> Reference:
+    v, a, j = rng.normal(size=(3, 3))
+    return Reference(near.r + rng.normal(size=3), v, a, j, rng.uniform(-3, 3), rng.normal())
+
+
+def random_readings(rng: np.random.Generator, near: Estimate) -> dict[str, Any]:
+    return {
+        "imu": Imu(0.0, rng.normal(size=3), rng.normal(size=3)),
+        "mocap": Pose(0.0, near.r + 0.01 * rng.normal(size=3), near.R),
+        "gnss": Fix(0.0, near.r + rng.normal(size=3), near.v),
+    }
+
+
+def told(readings: dict[str, Any], shift: Shift) -> dict[str, Any]:
+    return {k: x if isinstance(x, Imu) else moved(x, shift) for k, x in readings.items()}
+
+
+COMMAND = Command(MASS * 9.81, np.array([0.1, -0.2, 0.3]), np.array([0.5, 0.2, -0.1]))
+
+
+class Case(NamedTuple):
+    """A part, a memory, and inputs to step it with."""
+
+    part: Any
+    memory: Any
+    inputs: tuple
+    moved_inputs: tuple
+
+    def step(self) -> tuple:
+        return self.part.step(self.memory, *self.inputs, DT)
+
+
+def cases(seed: int) -> list[Case]:
+    rng = np.random.default_rng(seed)
+    found = []
+    estimate = random_estimate(rng)
+    there = moved(estimate, SHIFT)
+    for part in ESTIMATORS:
+        readings = random_readings(rng, estimate)
+        inputs = (readings, COMMAND)
+        other = (told(readings, SHIFT), moved(COMMAND, SHIFT))
+        found.append(Case(part, part.init(estimate), inputs, other))
+    for part in TRACKERS:
+        goal, last = random_reference(rng, estimate), random_reference(rng, estimate)
+        other = (there, moved(goal, SHIFT))
+        found.append(Case(part, part.init(estimate, last), (estimate, goal), other))
+    for part in CONTROLLERS:
+        x = random_reference(rng, estimate)
+        memory = part.init(estimate, COMMAND)
+        if rng.random() < 0.5:  # also in the middle of a hand-over
+            memory, _ = part.step(memory, estimate, x, DT)
+        found.append(Case(part, memory, (estimate, x), (there, moved(x, SHIFT))))
+    for part in MISSIONS:
+        memory, _ = part.step(part.init(estimate), estimate, 0.7)
+        found.append(Case(part, memory, (estimate,), (there,)))
+    return found
+
+
+def same(a: Any, b: Any, atol: float = 0.0) -> bool:
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[k], b[k], atol) for k in a)
+    if isinstance(a, tuple):
+        return len(a) == len(b) and all(same(x, y, atol) for x, y in zip(a, b, strict=True))
+    if a is None or b is None:
+        return a is b
+    return np.allclose(a, b, rtol=0, atol=atol, equal_nan=True)
+
+
+NAMES = [f"{type(c.part).__name__}-{i}" for i, c in enumerate(cases(0))]
+every_part = pytest.mark.parametrize("which", range(len(NAMES)), ids=NAMES)
+
+
+def test_the_references_fly_in_the_heading_controller_that_the_laws_are_tested_on():
+    assert set(HEADING.provenance.values()) == {"reference"}
+
+
+@every_part
+def test_a_step_twice_gives_the_same_and_leaves_its_inputs_alone(which):
+    for seed in range(5):
+        case = cases(seed)[which]
+        before = copy.deepcopy((case.memory, case.inputs))
+        assert same(case.step(), case.step())
+        assert same(before, (case.memory, case.inputs))
+
+
+@every_part
+def test_a_step_and_a_change_of_world_may_be_swapped(which):
+    for seed in range(10):
+        case = cases(seed)[which]
+        memory, out = case.step()
+        other = case.part.reframe(case.memory, SHIFT)
+        memory_b, out_b = case.part.step(other, *case.moved_inputs, DT)
+        assert same(moved(out, SHIFT), out_b, 1e-9)
+        assert same(case.part.reframe(memory, SHIFT), memory_b, 1e-9)
+
+
+@every_part
+def test_every_output_is_finite_over_the_envelope(which):
+    for seed in range(50):
+        case = cases(seed)[which]
+        assert all(np.isfinite(x).all() for x in case.step()[1])
+
+
+@pytest.mark.parametrize("part", CONTROLLERS, ids=lambda p: type(p).__name__)
+def test_a_controller_that_takes_over_repeats_the_last_command_and_then_lets_go(part):
+    rng = np.random.default_rng(3)
+    estimate = random_estimate(rng)
+    reference = random_reference(rng, estimate)
+    memory, first = part.step(part.init(estimate, COMMAND), estimate, reference, DT)
+    assert same(first, COMMAND, 1e-12)
+    for _ in range(2000):
+        memory, later = part.step(memory, estimate, reference, DT)
+    _, fresh = part.step(part.init(estimate, None), estimate, reference, DT)
+    assert same(later, fresh, 1e-6)
+
+
+@pytest.mark.parametrize("part", TRACKERS, ids=lambda p: type(p).__name__)
+def test_a_tracker_that_takes_over_repeats_the_last_reference(part):
+    rng = np.random.default_rng(4)
+    estimate = random_estimate(rng)
+    last, goal = random_reference(rng, estimate), random_reference(rng, estimate)
+    _, first = part.step(part.init(estimate, last), estimate, goal, DT)
+    assert same(first[:3], last[:3], 1e-12)
+    assert first.heading == last.heading
+
+
+@pytest.mark.parametrize("part", ESTIMATORS, ids=lambda p: type(p).__name__)
+def test_an_estimator_that_takes_over_continues_the_last_estimate(part):
+    last = random_estimate(np.random.default_rng(5))._replace(v=np.zeros(3), a=np.zeros(3))
+    _, first = part.step(part.init(last), {}, COMMAND, DT)
+    assert same(first, last, 1e-12)
+
+
+def flown_reference(dt: float) -> Reference:
+    """Where the tracker is after a second of chasing a moving goal."""
+    tracker = CommandFilter()
+    start = Estimate(np.zeros(3), np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3))
+    goal = still(np.array([2.0, -1.0, 1.0]), 1.0)._replace(v=np.array([0.5, 0, 0]))
+    memory = tracker.init(start, None)
+    for k in range(round(1.0 / dt)):
+        memory, _ = tracker.step(memory, start, goal if k == 0 else None, dt)
+    return memory.now
+
+
+def test_a_tracker_converges_when_its_step_is_halved():
+    coarse, middle, fine = (flown_reference(dt).r for dt in (0.02, 0.01, 0.005))
+    assert np.linalg.norm(fine - middle) < 0.7 * np.linalg.norm(middle - coarse)
+    assert np.linalg.norm(fine - middle) < 0.05
+
+
+def handed_over(part: Any, dt: float) -> float:
+    """Thrust half a second after a hand-over."""
+    rng = np.random.default_rng(6)
+    estimate = random_estimate(rng)
+    reference = random_reference(rng, estimate)
+    memory = part.init(estimate, COMMAND)
+    for _ in range(round(0.5 / dt) + 1):
+        memory, command = part.step(memory, estimate, reference, dt)
+    return command.f_d
+
+
+@pytest.mark.parametrize("part", CONTROLLERS, ids=lambda p: type(p).__name__)
+def test_a_hand_over_takes_the_same_time_at_any_rate(part):
+    assert handed_over(part, 0.01) == pytest.approx(handed_over(part, 0.005), abs=1e-9)
+
+
+def observed(dt: float) -> np.ndarray:
+    """Position after a second of observing constant acceleration at a fixed rate of fixes."""
+    part = AlphaBetaGamma()
+    a = np.array([0.5, 0.0, -0.3])
+    memory = part.init(Estimate(np.zeros(3), np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3)))
+    every = round(0.02 / dt)
+    for k in range(1, round(1.0 / dt) + 1):
+        t = k * dt
+        pose = {"mocap": Pose(t, a * t * t / 2, np.eye(3))} if k % every == 0 else {}
+        memory, estimate = part.step(memory, pose, COMMAND, dt)
+    return estimate.r
+
+
+def test_an_estimator_gives_the_same_at_any_rate_when_the_fixes_are_the_same():
+    assert observed(0.01) == pytest.approx(observed(0.005), abs=1e-9)
+    assert observed(0.01) == pytest.approx(np.array([0.25, 0.0, -0.15]), abs=1e-3)

@@ -1,0 +1,198 @@
+"""The loop: sample, estimate, track, control, log, advance. A flight that ends badly ends with a value."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from math import isfinite
+from time import perf_counter
+from typing import Any, NamedTuple
+from zlib import crc32
+
+import numpy as np
+
+from uavlab.flight.fill import Filled, stack
+from uavlab.flight.log import Log
+from uavlab.flight.recorder import Recorder
+from uavlab.flight.scenario import Scenario, checked
+from uavlab.interfaces import Stack, standing_command
+from uavlab.plant import CompiledPlant, gusts, load_airframe
+from uavlab.types import Command, Estimate, Exit
+
+HARD_IMPACT = 3.0  # [m/s], what landing feet bear
+
+
+class Ending(NamedTuple):
+    """How a flight ended."""
+
+    exit: Exit
+    reason: str
+    traceback: str = ""
+
+
+def fly(
+    scenario: Scenario,
+    mind: Stack | None = None,
+    *,
+    seed: int = 0,
+    plant: Any = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> Log:
+    """Fly a scenario and return its log.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        From `uavlab.scenarios.load`, or your own.
+    mind : Stack, optional
+        From `uavlab.stack`; the stand-ins if there is none.
+    seed : int
+        Of gusts and sensors. Same seed, same log.
+    plant : part or Filled, optional
+        A world of your own, with the interface of `uavlab.plant.CompiledPlant`.
+    progress : callable, optional
+        Called about once a simulated second with the time flown and the whole time [s].
+
+    Returns
+    -------
+    Log
+        ``log.exit`` and ``log.reason`` say how it ended. What a part raises in flight ends the flight
+        with ``Exit.ERROR`` and stands in ``log.meta["traceback"]``.
+
+    Raises
+    ------
+    BadInput, UnknownName
+        The scenario cannot be flown, or names an airframe that is not there.
+    NotImplementedError
+        A part calls an exercise that is not finished.
+    """
+    checked(scenario)
+    airframe = load_airframe(scenario.airframe)
+    mind = mind or stack(scenario.airframe)
+    provenance = dict(mind.provenance)
+    if isinstance(plant, Filled):
+        provenance |= plant.provenance
+        plant = plant.part
+    world_of = plant or CompiledPlant(airframe)
+
+    ticks = round(scenario.duration * scenario.rate)
+    record = Recorder(ticks, airframe)
+    ending = _run(scenario, mind, world_of, airframe, seed, record, progress)
+    meta = {
+        "scenario": scenario.name,
+        "summary": scenario.summary,
+        "airframe": airframe.name,
+        "arm": float(airframe.arm),
+        "angles": np.asarray(airframe.angles).tolist(),
+        "spins": np.asarray(airframe.spins).tolist(),
+        "mass": float(airframe.m),
+        "thrust_max": float(airframe.thrust_max),
+        "seed": seed,
+        "dt": 1.0 / scenario.rate,
+        "duration": scenario.duration,
+        "provenance": provenance,
+        "traceback": ending.traceback,
+    }
+    return record.log(ending.exit, ending.reason, meta)
+
+
+def _run(  # noqa: PLR0915 (the loop of the house: one piece, to be read in one go)
+    scenario: Scenario,
+    mind: Stack,
+    world_of: Any,
+    airframe: Any,
+    seed: int,
+    record: Recorder,
+    progress: Callable[[float, float], None] | None,
+) -> Ending:
+    dt = 1.0 / scenario.rate
+    inner = round(scenario.physics / scenario.rate)
+    every = round(scenario.rate / scenario.mission_rate)
+    second = max(round(scenario.rate), 1)
+    doing = "start"
+    try:
+        world = world_of.init(scenario.start)
+        sensors = _Sensors(scenario, seed)
+        air = gusts(scenario.wind, _generator(seed, "wind"), dt)
+        estimate = Estimate(*scenario.start[:2], np.zeros(3), *scenario.start[2:])
+        estimating = mind.estimator.init(estimate)
+        tracking = mind.tracker.init(estimate, None)
+        controlling = mind.controller.init(estimate, None)
+        pursuing = scenario.mission.init(estimate)
+        command = standing_command(float(airframe.m))
+
+        for tick in range(len(record)):
+            wind = next(air)
+            start = perf_counter()
+            goal = None
+            doing = "sensor"
+            readings = sensors.sample(world, dt)
+            doing = "estimator"
+            estimating, estimate = mind.estimator.step(estimating, readings, command, dt)
+            if tick % every == 0:
+                doing = "mission"
+                pursuing, goal = scenario.mission.step(pursuing, estimate, every * dt)
+            doing = "tracker"
+            tracking, reference = mind.tracker.step(tracking, estimate, goal, dt)
+            doing = "controller"
+            controlling, command = mind.controller.step(controlling, estimate, reference, dt)
+            record.write(tick, world, wind, estimate, reference, command, perf_counter() - start)
+            if bad := _bad_end(world, command, scenario):
+                return bad
+            doing = "plant"
+            world = world_of.advance(world, command, wind, dt, inner)
+            if progress and tick % second == 0:
+                progress(tick * dt, scenario.duration)
+    except NotImplementedError:
+        raise
+    except Exception as error:  # whatever a part raises is how this flight ended
+        why = f"the {doing} raised {type(error).__name__} at t = {record.time:.2f} s: {error}"
+        return Ending(Exit.ERROR, why, traceback.format_exc())
+    if progress:
+        progress(scenario.duration, scenario.duration)
+    return Ending(Exit.DONE, f"{Exit.DONE.value}, {scenario.duration:g} s")
+
+
+def _bad_end(world: Any, command: Command, scenario: Scenario) -> Ending | None:
+    """Whether the flight is over, and why."""
+    at = f"at t = {world.t:.2f} s"
+    w = command.omega_d
+    if not isfinite(command.f_d + w[0] + w[1] + w[2]):
+        return Ending(Exit.NAN, f"the controller asked for {command.f_d} N and {w} rad/s {at}")
+    r, r0 = world.r, scenario.start.r
+    x, y, z = r[0] - r0[0], r[1] - r0[1], r[2] - r0[2]
+    away = x * x + y * y + z * z
+    if not isfinite(away):
+        return Ending(Exit.NAN, f"the position is not finite {at}")
+    if world.impact > HARD_IMPACT:
+        return Ending(Exit.CRASH, f"hit the ground at {world.impact:.1f} m/s {at}")
+    if world.R[2, 2] < 0.0:
+        return Ending(
+            Exit.TILT, f"tilted past 90 degrees {at}, at ({r[0]:.1f}, {r[1]:.1f}, {r[2]:.1f}) m"
+        )
+    if away > scenario.reach**2:
+        return Ending(Exit.AWAY, f"farther than {scenario.reach:g} m from the start {at}")
+    return None
+
+
+def _generator(seed: int, name: str) -> np.random.Generator:
+    """One generator for each source of chance, by name: adding one does not change the others."""
+    return np.random.default_rng([seed, crc32(name.encode())])
+
+
+class _Sensors:
+    """The instruments aboard, each with its own memory and generator."""
+
+    def __init__(self, scenario: Scenario, seed: int) -> None:
+        self.of = scenario.sensors
+        self.rng = {name: _generator(seed, name) for name in self.of}
+        self.memory = {name: sensor.init(self.rng[name]) for name, sensor in self.of.items()}
+
+    def sample(self, world: Any, dt: float) -> dict[str, Any]:
+        """What arrives in this tick, by instrument."""
+        arrived = {}
+        for name, sensor in self.of.items():
+            self.memory[name], reading = sensor.step(self.memory[name], world, dt, self.rng[name])
+            if reading is not None:
+                arrived[name] = reading
+        return arrived

@@ -1,0 +1,53 @@
+"""A scenario: everything that a flight needs except the mind that flies it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from uavlab.errors import BadInput
+from uavlab.interfaces import Mission
+from uavlab.plant import CALM, Wind
+from uavlab.types import State
+
+
+class Scenario(NamedTuple):
+    """A named flight. Rates are data; change any field with ``scenario._replace(...)``."""
+
+    name: str
+    summary: str  # one sentence
+    airframe: str  # a name of `uavlab.plant.airframe_names`, or the path of a TOML file
+    mission: Mission
+    start: State
+    duration: float  # [s]
+    sensors: Mapping[str, Any]  # instrument by name
+    wind: Wind = CALM
+    rate: float = 100.0  # [Hz] of estimator, tracker and controller
+    physics: float = 1000.0  # [Hz] of the plant
+    mission_rate: float = 100.0  # [Hz]
+    reach: float = 500.0  # [m] from the start; beyond, the flight ends with Exit.AWAY
+
+
+def checked(scenario: Scenario) -> Scenario:
+    """The same scenario, or a `BadInput` that names what cannot be flown."""
+    for name in ("duration", "rate", "physics", "mission_rate", "reach"):
+        value = getattr(scenario, name)
+        if not (np.isfinite(value) and value > 0):
+            raise BadInput(f"scenario {scenario.name!r}: {name} is {value}; it must be > 0.")
+    for fast, slow in (("physics", "rate"), ("rate", "mission_rate")):
+        ratio = getattr(scenario, fast) / getattr(scenario, slow)
+        if abs(ratio - round(ratio)) > 1e-9 or ratio < 1:
+            raise BadInput(
+                f"scenario {scenario.name!r}: {fast} ({getattr(scenario, fast):g} Hz) must be a whole "
+                f"multiple of {slow} ({getattr(scenario, slow):g} Hz)."
+            )
+    return scenario
+
+
+def standing(r: tuple[float, float, float], heading: float = 0.0) -> State:
+    """At rest at `r` [m], level, with `heading` [rad]."""
+    from uavlab.so3 import about_z
+
+    return State(np.array(r, dtype=float), np.zeros(3), about_z(heading), np.zeros(3))

@@ -1,0 +1,57 @@
+"""Estimators: an alpha-beta-gamma observer, the stand-in that flies until a lab brings something better."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from uavlab.frames import Shift, moved
+from uavlab.interfaces import Readings
+from uavlab.so3 import exp
+from uavlab.types import Command, Estimate, Fix, Imu, Pose
+
+
+@dataclass(frozen=True)
+class AlphaBetaGamma:
+    """Constant-acceleration observer on positions; attitude as motion capture saw it last, turned on by the gyro.
+
+    Between two fixes it only predicts. Stand-in: it knows neither noise levels nor gravity nor the
+    command, and trusts the cameras' attitude as it comes.
+    """
+
+    slot: ClassVar[str] = "estimator"
+    position: str = "mocap"  # which instrument's position it follows: mocap or gnss
+    bandwidth: float = 12.0  # [rad/s] of the triple real pole
+
+    def init(self, estimate: Estimate) -> tuple[Estimate, float]:
+        """Continue from `estimate`; the second number is the time [s] since the last fix."""
+        return estimate, 0.0
+
+    def step(
+        self, memory: tuple[Estimate, float], readings: Readings, command: Command, dt: float
+    ) -> tuple[tuple[Estimate, float], Estimate]:
+        """Predict by `dt` [s], then correct with what arrived."""
+        (r, v, a, R, omega), age = memory
+        r, v = r + (v + a * (0.5 * dt)) * dt, v + a * dt
+        age += dt
+
+        imu, pose = readings.get("imu"), readings.get("mocap")
+        if isinstance(imu, Imu):
+            omega = imu.gyro
+            R = R @ exp(omega * dt)
+        if isinstance(pose, Pose):
+            R = pose.R
+
+        fix = readings.get(self.position)
+        if isinstance(fix, Pose | Fix):
+            # Triple pole at w: the gains of a critically damped third-order observer.
+            x = min(self.bandwidth * age, 1.0)
+            e = fix.r - r
+            r, v, a = r + e * min(3 * x, 1.0), v + e * (3 * x * x / age), a + e * (x**3 / age**2)
+            age = 0.0
+        estimate = Estimate(r, v, a, R, omega)
+        return (estimate, age), estimate
+
+    def reframe(self, memory: tuple[Estimate, float], shift: Shift) -> tuple[Estimate, float]:
+        """The same belief, told in the new world."""
+        return moved(memory[0], shift), memory[1]

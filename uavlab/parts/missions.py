@@ -1,0 +1,88 @@
+"""Missions: what the aircraft is asked to do, as goals in the world in which the mission began."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from uavlab.errors import BadInput
+from uavlab.frames import NO_SHIFT, Shift, compose, moved
+from uavlab.parts.paths import Path, along
+from uavlab.types import Estimate, Reference, Vec3
+
+
+class Clock(NamedTuple):
+    """A mission's memory: how long it has run, and where its world went."""
+
+    t: float  # [s] since init
+    shift: Shift  # the mission's world → the estimator's world
+
+
+class _Timed:
+    """A mission whose goal is a function of time alone."""
+
+    slot: ClassVar[str] = "mission"
+
+    def goal(self, t: float) -> Reference:
+        """The goal at `t` [s], in the world in which the mission began."""
+        raise NotImplementedError
+
+    def init(self, estimate: Estimate) -> Clock:
+        """A clock at zero."""
+        return Clock(0.0, NO_SHIFT)
+
+    def step(self, memory: Clock, estimate: Estimate, dt: float) -> tuple[Clock, Reference]:
+        """The goal of now; then `dt` [s] pass."""
+        goal = self.goal(memory.t)
+        if memory.shift is not NO_SHIFT:
+            goal = moved(goal, memory.shift)
+        return memory._replace(t=memory.t + dt), goal
+
+    def reframe(self, memory: Clock, shift: Shift) -> Clock:
+        """Goals from now on are told in the new world."""
+        return memory._replace(shift=compose(shift, memory.shift))
+
+
+def still(r: Vec3, heading: float = 0.0) -> Reference:
+    """Stand at `r` (3,) [m] with `heading` [rad]."""
+    zero = np.zeros(3)
+    return Reference(np.asarray(r, dtype=float), zero, zero, zero, heading, 0.0)
+
+
+@dataclass(frozen=True)
+class Waypoints(_Timed):
+    """Stand at each place in turn: ``stops`` are (time [s], place (3,) [m], heading [rad])."""
+
+    stops: tuple[tuple[float, tuple[float, float, float], float], ...]
+
+    def __post_init__(self) -> None:
+        times = [stop[0] for stop in self.stops]
+        if not times or times != sorted(times):
+            raise BadInput(f"waypoint times must grow from the first to the last; got {times}.")
+
+    def goal(self, t: float) -> Reference:
+        """The last stop whose time has come (the first before any has)."""
+        due = [stop for stop in self.stops if stop[0] <= t] or [self.stops[0]]
+        return still(np.array(due[-1][1]), due[-1][2])
+
+
+@dataclass(frozen=True)
+class Follow(_Timed):
+    """Fly along a closed path at ``rate`` [rad/s], after a smooth start of ``ramp`` [s]."""
+
+    path: Path
+    rate: float
+    ramp: float = 3.0
+    heading: float = 0.0  # [rad], where the nose stays ...
+    face: Vec3 | None = None  # ... or (3,) [m], the place that it looks at
+
+    def goal(self, t: float) -> Reference:
+        """The point of the path for now, with its derivatives."""
+        r, v, a, j = along(self.path, t, self.rate, self.ramp)
+        if self.face is None:
+            return Reference(r, v, a, j, self.heading, 0.0)
+        x, y = self.face[0] - r[0], self.face[1] - r[1]
+        return Reference(r, v, a, j, atan2(y, x), (y * v[0] - x * v[1]) / (x * x + y * y))
