@@ -17,7 +17,7 @@ from uavlab.flight.recorder import Recorder
 from uavlab.flight.scenario import Scenario, checked
 from uavlab.interfaces import Stack, standing_command
 from uavlab.plant import CompiledPlant, gusts, load_airframe
-from uavlab.types import Command, Estimate, Exit
+from uavlab.types import Command, Estimate, Exit, Reference
 
 HARD_IMPACT = 3.0  # [m/s], what landing feet bear
 
@@ -77,7 +77,14 @@ def fly(
 
     ticks = round(scenario.duration * scenario.rate)
     record = Recorder(ticks, airframe)
-    ending = _run(scenario, mind, world_of, airframe, seed, record, progress)
+    ending = _run(
+        scenario,
+        _Mind(mind, scenario, float(airframe.m)),
+        world_of,
+        seed,
+        record,
+        progress or (lambda _t, _end: None),
+    )
     meta = {
         "scenario": scenario.name,
         "summary": scenario.summary,
@@ -96,83 +103,101 @@ def fly(
     return record.log(ending.exit, ending.reason, meta)
 
 
-def _run(  # noqa: PLR0915 (the loop of the house: one piece, to be read in one go)
+def _run(
     scenario: Scenario,
-    mind: Stack,
+    mind: _Mind,
     world_of: Any,
-    airframe: Any,
     seed: int,
     record: Recorder,
-    progress: Callable[[float, float], None] | None,
+    progress: Callable[[float, float], None],
 ) -> Ending:
     dt = 1.0 / scenario.rate
     inner = round(scenario.physics / scenario.rate)
-    every = round(scenario.rate / scenario.mission_rate)
     second = max(round(scenario.rate), 1)
-    doing = "start"
     try:
         world = world_of.init(scenario.start)
         sensors = _Sensors(scenario, seed)
         air = gusts(scenario.wind, _generator(seed, "wind"), dt)
-        estimate = Estimate(*scenario.start[:2], np.zeros(3), *scenario.start[2:])
-        estimating = mind.estimator.init(estimate)
-        tracking = mind.tracker.init(estimate, None)
-        controlling = mind.controller.init(estimate, None)
-        pursuing = scenario.mission.init(estimate)
-        command = standing_command(float(airframe.m))
-
         for tick in range(len(record)):
-            wind = next(air)
-            start = perf_counter()
-            goal = None
-            doing = "sensor"
+            mind.doing, wind = "sensor", next(air)
             readings = sensors.sample(world, dt)
-            doing = "estimator"
-            estimating, estimate = mind.estimator.step(estimating, readings, command, dt)
-            if tick % every == 0:
-                doing = "mission"
-                pursuing, goal = scenario.mission.step(pursuing, estimate, every * dt)
-            doing = "tracker"
-            tracking, reference = mind.tracker.step(tracking, estimate, goal, dt)
-            doing = "controller"
-            controlling, command = mind.controller.step(controlling, estimate, reference, dt)
-            record.write(tick, world, wind, estimate, reference, command, perf_counter() - start)
+            start = perf_counter()
+            estimate, reference, command = mind.think(tick, readings, dt)
+            solve = perf_counter() - start
+            record.write(tick, world, wind, estimate, reference, command, solve)
             if bad := _bad_end(world, command, scenario):
                 return bad
-            doing = "plant"
+            mind.doing = "plant"
             world = world_of.advance(world, command, wind, dt, inner)
-            if progress and tick % second == 0:
+            if tick % second == 0:
                 progress(tick * dt, scenario.duration)
     except NotImplementedError:
         raise
     except Exception as error:  # whatever a part raises is how this flight ended
-        why = f"the {doing} raised {type(error).__name__} at t = {record.time:.2f} s: {error}"
+        why = f"the {mind.doing} raised {type(error).__name__} at t = {record.time:.2f} s: {error}"
         return Ending(Exit.ERROR, why, traceback.format_exc())
-    if progress:
-        progress(scenario.duration, scenario.duration)
+    progress(scenario.duration, scenario.duration)
     return Ending(Exit.DONE, f"{Exit.DONE.value}, {scenario.duration:g} s")
+
+
+class _Mind:
+    """The stack and its memories in flight, and which part is at work."""
+
+    def __init__(self, parts: Stack, scenario: Scenario, mass: float) -> None:
+        self.parts, self.mission = parts, scenario.mission
+        self.every = round(scenario.rate / scenario.mission_rate)
+        self.doing = "start"
+        r, v, R, omega = scenario.start
+        self.estimate = Estimate(r, v, np.zeros(3), R, omega)
+        self.command = standing_command(mass)
+        self.estimating = parts.estimator.init(self.estimate)
+        self.tracking = parts.tracker.init(self.estimate, None)
+        self.controlling = parts.controller.init(self.estimate, None)
+        self.pursuing = scenario.mission.init(self.estimate)
+
+    def think(
+        self, tick: int, readings: dict[str, Any], dt: float
+    ) -> tuple[Estimate, Reference, Command]:
+        """One tick: estimate, goal, reference, command."""
+        goal = None
+        self.doing = "estimator"
+        if tick:  # at the first tick the estimate is the start itself
+            self.estimating, self.estimate = self.parts.estimator.step(
+                self.estimating, readings, self.command, dt
+            )
+        estimate = self.estimate
+        self.doing = "mission"
+        if tick % self.every == 0:
+            self.pursuing, goal = self.mission.step(self.pursuing, estimate, self.every * dt)
+        self.doing = "tracker"
+        self.tracking, reference = self.parts.tracker.step(self.tracking, estimate, goal, dt)
+        self.doing = "controller"
+        self.controlling, self.command = self.parts.controller.step(
+            self.controlling, estimate, reference, dt
+        )
+        return estimate, reference, self.command
 
 
 def _bad_end(world: Any, command: Command, scenario: Scenario) -> Ending | None:
     """Whether the flight is over, and why."""
-    at = f"at t = {world.t:.2f} s"
-    w = command.omega_d
-    if not isfinite(command.f_d + w[0] + w[1] + w[2]):
-        return Ending(Exit.NAN, f"the controller asked for {command.f_d} N and {w} rad/s {at}")
-    r, r0 = world.r, scenario.start.r
+    w, r, r0 = command.omega_d, world.r, scenario.start.r
     x, y, z = r[0] - r0[0], r[1] - r0[1], r[2] - r0[2]
     away = x * x + y * y + z * z
-    if not isfinite(away):
-        return Ending(Exit.NAN, f"the position is not finite {at}")
-    if world.impact > HARD_IMPACT:
-        return Ending(Exit.CRASH, f"hit the ground at {world.impact:.1f} m/s {at}")
-    if world.R[2, 2] < 0.0:
-        return Ending(
-            Exit.TILT, f"tilted past 90 degrees {at}, at ({r[0]:.1f}, {r[1]:.1f}, {r[2]:.1f}) m"
-        )
-    if away > scenario.reach**2:
-        return Ending(Exit.AWAY, f"farther than {scenario.reach:g} m from the start {at}")
-    return None
+    if not isfinite(command.f_d + w[0] + w[1] + w[2]):
+        exit_, said = Exit.NAN, f"the controller asked for {command.f_d} N and {w} rad/s"
+    elif not isfinite(away):
+        exit_, said = Exit.NAN, f"the position is {r}"
+    elif world.impact > HARD_IMPACT:
+        exit_, said = Exit.CRASH, f"hit the ground at {world.impact:.1f} m/s"
+    elif world.R[2, 2] < 0.0:
+        exit_, said = Exit.TILT, "tilted past 90 degrees"
+    elif away > scenario.reach**2:
+        exit_, said = Exit.AWAY, f"farther than {scenario.reach:g} m from the start"
+    else:
+        return None
+    return Ending(
+        exit_, f"{said} at t = {world.t:.2f} s, at ({r[0]:.1f}, {r[1]:.1f}, {r[2]:.1f}) m"
+    )
 
 
 def _generator(seed: int, name: str) -> np.random.Generator:

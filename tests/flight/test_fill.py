@@ -1,0 +1,96 @@
+"""Where the functions of a part come from, and that one is told."""
+
+import builtins
+import importlib
+
+import numpy as np
+import pytest
+
+import uavlab
+from uavlab.errors import BadInput
+from uavlab.exercises import all_exercises, find
+from uavlab.flight import fill as door
+from uavlab.flight.fill import Filled, fill, stack, unfinished
+from uavlab.parts.controllers import HeadingController, TiltAxis
+from uavlab.parts.trackers import CommandFilter
+
+
+def attitude_with_heading(f_d, heading_d):
+    return np.eye(3)
+
+
+def parasitic_yaw_rate(R, omega):
+    raise NotImplementedError("parasitic_yaw_rate is not finished yet: write it.")
+
+
+@pytest.fixture
+def without_solutions(monkeypatch):
+    real = importlib.import_module
+
+    def no_solutions(name, *rest):
+        if name.startswith("uavlab.solutions"):
+            raise ModuleNotFoundError(f"No module named {name!r}", name="uavlab.solutions")
+        return real(name, *rest)
+
+    monkeypatch.setattr(door.importlib, "import_module", no_solutions)
+
+
+def test_mine_comes_first_then_the_reference_and_a_stub_does_not_count():
+    part, provenance = fill(HeadingController, globals(), mass=1.0)
+    assert provenance == {
+        "attitude_with_heading": "mine",
+        "yaw_rate_from_heading_rate": "reference",
+        "parasitic_yaw_rate": "reference",
+    }
+    assert part.attitude_with_heading is attitude_with_heading
+
+
+@pytest.mark.usefixtures("without_solutions")
+def test_without_the_solutions_the_stand_in_flies_and_says_so():
+    part, provenance = fill(HeadingController, globals(), mass=1.5)
+    assert part == TiltAxis(1.5)
+    assert provenance == {"HeadingController": "stand-in"}
+    log = uavlab.fly(uavlab.scenarios.load("hover")._replace(duration=0.1))
+    assert set(log.meta["provenance"].values()) == {"stand-in"}
+
+
+def test_the_references_may_be_left_out():
+    assert isinstance(fill(HeadingController, {}, only_mine=True, mass=1.0).part, TiltAxis)
+
+
+def test_every_stub_that_a_student_gets_is_known_as_unfinished():
+    for exercise in all_exercises():
+        space = {}
+        names = dict.fromkeys(["Vec3", "Mat3", "Array", "State", "StateRate"], object)
+        exec(compile(exercise.source(), exercise.name, "exec"), {**names, "np": np}, space)
+        assert unfinished(space[exercise.name]), exercise.name
+
+
+def test_an_answer_that_is_only_partly_written_counts_as_one():
+    def heading_rate(R, omega):
+        if R is None:
+            raise NotImplementedError("this is not finished yet")
+        return len(R)
+
+    assert not unfinished(heading_rate)
+    assert not unfinished(builtins.len)
+
+
+def test_a_spec_answers_nothing_but_that_it_is_unfinished():
+    with pytest.raises(NotImplementedError, match="heading_rate is not finished yet"):
+        find("heading_rate")(np.eye(3), np.zeros(3))
+
+
+def test_a_stack_has_one_part_for_each_slot():
+    mind = stack("F450", TiltAxis(1.0), CommandFilter(bandwidth=1.0))
+    assert mind.tracker.bandwidth == 1.0
+    assert mind.provenance["AlphaBetaGamma"] == "stand-in"
+    assert mind.provenance["TiltAxis"] == "mine"
+    with pytest.raises(BadInput, match="which is taken already"):
+        stack("F450", TiltAxis(1.0), TiltAxis(2.0))
+    with pytest.raises(BadInput, match="slot None"):
+        stack("F450", Filled(object(), {}))
+
+
+def test_a_part_is_told_the_mass_of_its_airframe():
+    assert stack("T650", HeadingController).controller.mass == 3.5
