@@ -5,18 +5,21 @@ from uavlab.exercises.spec import (
     STEMS,
     Check,
     Exercise,
+    WrongForm,
     all_exercises,
     exercise,
     exercises,
     expect,
     expect_close,
     find,
+    numbers,
 )
 
 __all__ = [
     "STEMS",
     "Check",
     "Exercise",
+    "WrongForm",
     "all_exercises",
     "check",
     "exercise",
@@ -25,4 +28,5 @@ __all__ = [
     "expect_close",
     "failure",
     "find",
+    "numbers",
 ]

@@ -16,10 +16,12 @@ from typing import Any
 import numpy as np
 
 from uavlab.errors import CheckFailed, UnknownName
+from uavlab.types import Array
 
 STEMS = ("dynamics", "heading")  # the labs that exist, in order; their numbers are the positions
 
-CheckFunction = Callable[[Callable[..., Any], np.random.Generator], None]
+Function = Callable[..., Any]  # what a student writes
+CheckFunction = Callable[[Function, np.random.Generator], None]
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class Check:
 class Exercise:
     """A function (or a class) that a student writes."""
 
-    stub: Callable[..., Any]
+    stub: Function
     points: float
     reads: str  # paper and equation
     checks: list[Check] = field(default_factory=list)
@@ -89,10 +91,10 @@ class Exercise:
         raise NotImplementedError(self.unfinished)
 
 
-def exercise(*, points: float, reads: str) -> Callable[[Callable[..., Any]], Exercise]:
+def exercise(*, points: float, reads: str) -> Callable[[Function], Exercise]:
     """Declare an exercise: put this above a stub with a full signature and docstring and the body ``...``."""
 
-    def declare(stub: Callable[..., Any]) -> Exercise:
+    def declare(stub: Function) -> Exercise:
         return Exercise(stub, points, reads)
 
     return declare
@@ -147,23 +149,42 @@ def expect(condition: object, message: str) -> None:
         raise CheckFailed(message)
 
 
+class WrongForm(CheckFailed):
+    """An answer that is not numbers of the shape asked for; `asked` says what is, and nothing of the inputs."""
+
+    def __init__(self, message: str, asked: str) -> None:
+        self.asked = asked
+        super().__init__(message)
+
+
+def numbers(got: Any, shape: tuple[int, ...]) -> Array:
+    """`got` as a plain float64 copy, or fail the check: numbers of this shape, all finite, are asked for.
+
+    What `got` says of itself does not count: subclasses and objects that compare as they like are
+    copied to a plain array, or refused.
+    """
+    asked = f"Numbers of shape {shape} are asked for." if shape else "One number is asked for."
+    try:
+        raw = np.array(got, copy=True, subok=False)
+    except Exception:  # ragged lists, and objects that refuse to be an array
+        raw = np.array(None)
+    if raw.dtype.kind not in "fiu":
+        raise WrongForm(f"{asked} This is a {type(got).__name__}.", asked)
+    if raw.shape != shape:
+        raise WrongForm(f"{asked} This one has shape {raw.shape}.", asked)
+    plain = raw.astype(float)
+    if not np.isfinite(plain).all():
+        asked = f"{asked} Every number must be finite."
+        raise WrongForm(f"{asked} This is {plain}.", asked)
+    return plain
+
+
 def expect_close(
     got: Any, want: Any, message: str = "", *, atol: float = 1e-9, rtol: float = 1e-9
 ) -> None:
-    """Fail the check unless `got` has the shape of `want`, is finite, and agrees with it.
-
-    Compared on plain float64 copies: what `got` says of itself does not count.
-    """
-    said = f"{message} " if message else ""
-    try:
-        have = np.array(got, dtype=float, copy=True, subok=False)
-    except (TypeError, ValueError):
-        raise CheckFailed(f"{said}The answer is a {type(got).__name__}, not numbers.") from None
-    wish = np.array(want, dtype=float, copy=True, subok=False)
-    if have.shape != wish.shape:
-        raise CheckFailed(f"{said}The answer has shape {have.shape}; {wish.shape} is asked for.")
-    if not np.isfinite(have).all():
-        raise CheckFailed(f"{said}The answer is not finite: {have}.")
+    """Fail the check unless `got` has the shape of `want`, is finite, and agrees with it."""
+    wish = np.array(want, dtype=float)
+    have = numbers(got, wish.shape)
     worst = float(np.max(np.abs(have - wish) - rtol * np.abs(wish), initial=0.0))
     if not worst <= atol:
         raise CheckFailed(message or f"Expected {wish}, got {have} (off by {worst:.3g}).")

@@ -1,0 +1,86 @@
+"""Random inputs for the checks: every draw takes the generator that the check was given."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from uavlab import so3
+from uavlab.types import Array, Mat3, State, Vec3
+
+
+def vector(rng: np.random.Generator, size: float = 1.0) -> Vec3:
+    """A vector, shape (3,), in any direction, of length around `size`."""
+    return size * rng.normal(size=3)
+
+
+def direction(rng: np.random.Generator) -> Vec3:
+    """A unit vector, shape (3,), uniform on the sphere."""
+    x = rng.normal(size=3)
+    return x / np.linalg.norm(x)
+
+
+def angle(rng: np.random.Generator) -> float:
+    """An angle [rad] in (−π, π), away from the ends."""
+    return float(rng.uniform(-3.1, 3.1))
+
+
+def tilted(rng: np.random.Generator, low: float, high: float) -> Mat3:
+    """A rotation body → world, shape (3, 3), whose thrust axis leans `low` to `high` [rad] from the vertical.
+
+    The direction of the lean and the turn about the vertical are uniform.
+    """
+    lean, azimuth, turn = (
+        rng.uniform(low, high),
+        rng.uniform(-np.pi, np.pi),
+        rng.uniform(-np.pi, np.pi),
+    )
+    axis = np.array((np.cos(azimuth), np.sin(azimuth), 0.0))
+    return so3.exp(lean * axis) @ so3.about_z(turn)
+
+
+def force(rng: np.random.Generator, low: float, high: float) -> Vec3:
+    """A force [N], world, shape (3,), that leans `low` to `high` [rad] from the vertical and weighs 5 to 50 N."""
+    return float(rng.uniform(5.0, 50.0)) * tilted(rng, low, high)[:, 2]
+
+
+def rotation(rng: np.random.Generator) -> Mat3:
+    """A rotation, shape (3, 3), by any angle about any axis."""
+    return so3.exp(rng.uniform(0.0, np.pi) * direction(rng))
+
+
+def inertia(rng: np.random.Generator) -> Mat3:
+    """An inertia tensor [kg m²], shape (3, 3), of a body whose principal axes are not the body axes."""
+    masses = rng.uniform(
+        0.01, 0.1, size=3
+    )  # of points on the axes: any such sum is a possible body
+    principal = np.diag(masses.sum() - masses)
+    R = rotation(rng)
+    return R @ principal @ R.T
+
+
+def layout(rng: np.random.Generator, n: int) -> tuple[Array, float, float, Array]:
+    """Angles [rad] (n,), arm [m], torque ratio [m] and spins (n,) of an uneven ring of `n` rotors."""
+    step = 2.0 * np.pi / n
+    angles = step * np.arange(n) + rng.uniform(-0.25, 0.25, size=n) * step + rng.uniform(-1.0, 1.0)
+    spins = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
+    return angles, float(rng.uniform(0.1, 0.6)), float(rng.uniform(0.01, 0.04)), spins
+
+
+def thrust_curve(rng: np.random.Generator) -> tuple[float, float]:
+    """Parameters (a_t [1/√N], b_t [1]) of a thrust curve like those of real aircraft."""
+    return float(rng.uniform(0.08, 0.25)), float(rng.uniform(-0.3, -0.05))
+
+
+def allocation(rng: np.random.Generator, n: int, *, balanced: bool = False) -> Array:
+    """Matrix (4, n) from thrusts to (f, τ) of rotors that lean anywhere; `balanced`: equal thrusts make no torque."""
+    moments = rng.normal(scale=0.3, size=(3, n))
+    if balanced:
+        moments -= moments.mean(axis=1, keepdims=True)
+    return np.vstack((np.ones(n), moments))
+
+
+def pushed(rng: np.random.Generator) -> tuple[State, Vec3, Vec3, float, Mat3]:
+    """A tumbling body, what acts on it, its mass and its inertia."""
+    state = State(vector(rng, 5.0), vector(rng, 5.0), rotation(rng), vector(rng, 3.0))
+    force, torque = vector(rng, 20.0), vector(rng, 0.5)
+    return state, force, torque, float(rng.uniform(0.5, 8.0)), inertia(rng)

@@ -1,0 +1,47 @@
+"""What checks expect of rotations: written once for every lab."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from uavlab import frames, so3
+from uavlab.exercises.spec import WrongForm, expect, expect_close, numbers
+from uavlab.types import Mat3, StateRate, Vec3
+
+
+def expect_rotation(got: Any) -> Mat3:
+    """`got` as a plain (3, 3) matrix; fail the check unless it is a rotation."""
+    R = numbers(got, (3, 3))
+    expect_close(R @ R.T, np.eye(3), "R Rᵀ must be the identity.")
+    expect(np.linalg.det(R) > 0.0, "This is a reflection: its determinant is −1.")
+    return R
+
+
+def expect_heading(R: Mat3, heading: float) -> None:
+    """Fail the check unless the x axis of `R`, seen from above, points to `heading` [rad]."""
+    seen = R[:2, 0]
+    want = np.hypot(*seen) * np.array((np.cos(heading), np.sin(heading)))
+    expect_close(seen, want, "It has another heading.")
+
+
+def expect_thrust_axis(R: Mat3, f_d: Vec3) -> None:
+    """Fail the check unless the z axis of `R` points along the force `f_d`."""
+    expect_close(R[:, 2], f_d / np.linalg.norm(f_d), "The z axis is not along the force.")
+
+
+def heading_slope(R: Mat3, omega: Vec3) -> float:
+    """Derivative of the heading [rad/s] while `R` turns with `omega`, by central differences; good to 1e-7."""
+    h = 1e-5
+    ahead, behind = frames.heading(R @ so3.exp(h * omega)), frames.heading(R @ so3.exp(-h * omega))
+    return frames.wrap(ahead - behind) / (2.0 * h)
+
+
+def expect_state_rate(got: Any) -> StateRate:
+    """`got` as plain arrays, field by field; fail the check unless it has the four of a StateRate."""
+    if not isinstance(got, tuple | list) or len(got) != 4:
+        asked = "A StateRate is asked for: r_dot, v_dot, R_dot, omega_dot."
+        raise WrongForm(f"{asked} This is a {type(got).__name__}.", asked)
+    shapes = ((3,), (3,), (3, 3), (3,))
+    return StateRate(*(numbers(x, shape) for x, shape in zip(got, shapes, strict=True)))
