@@ -1,0 +1,140 @@
+"""The answer cell: the exercise's stub outside, the reference's body inside BEGIN/END SOLUTION.
+
+What the reference uses of its own module (a constant, a helper) comes along, above it; what it imports must be imported
+by the lab, since a student has to be able to write the same.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import symtable
+import textwrap
+from collections.abc import Iterable, Iterator
+
+from grader.build_lab import Cell, Lab, plain_python
+from uavlab.errors import BadFile
+from uavlab.exercises import Exercise
+
+BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
+
+Definition = ast.FunctionDef | ast.ClassDef
+
+
+def instructor_answer(lab: Lab, exercise: Exercise) -> str:
+    """The stub of `exercise` with the body of the reference answer in its marked region.
+
+    Raises
+    ------
+    BadFile
+        The reference is missing, or its signature is not the stub's.
+    """
+    text, tree = _parse(lab)
+    defined = {x.name: x for x in tree.body if isinstance(x, Definition)}
+    solution = defined.get(exercise.name)
+    if solution is None:
+        raise BadFile(f"{lab.solutions} has no {exercise.name}: write the reference answer there.")
+    stub = ast.parse(exercise.source()).body[0]
+    want, have = _signature(stub), _signature(solution)
+    if want != have:
+        raise BadFile(
+            f"{lab.solutions}:{solution.lineno}: {exercise.name} differs from its exercise.\n"
+            f"  exercise: {want}\n  solution: {have}\nMake them the same, annotations included."
+        )
+    head = exercise.source().rstrip("\n").rpartition("\n")[0]  # without its NotImplementedError
+    parts = [head, f"    {BEGIN}", *_body(text, solution), f"    {END}"]
+    if helpers := _helpers(lab, text, tree, solution):
+        parts = [BEGIN, *helpers, END, "", "", *parts]
+    return "\n".join(parts)
+
+
+def check_names(lab: Lab, answers: Iterable[tuple[Cell, str]]) -> None:
+    """See that every name an answer uses is bound by a cell above it, so that it runs in the notebook.
+
+    Parameters
+    ----------
+    lab : Lab
+        For the message.
+    answers : iterable of (Cell, str)
+        Every code cell in order, with the source it gets.
+
+    Raises
+    ------
+    BadFile
+        A name that nothing above binds.
+    """
+    bound = set(dir(builtins))
+    for cell, source in answers:
+        table = symtable.symtable(plain_python(source), cell.name or "cell", "exec")
+        bound |= {s.get_name() for s in table.get_symbols() if s.is_assigned() or s.is_imported()}
+        bound |= {t.get_name() for t in table.get_children()}
+        if cell.kind == "exercise" and (unknown := sorted(set(_globals(table)) - bound)):
+            raise lab.wrong(
+                cell.line,
+                f"the answer to {cell.name} uses {', '.join(unknown)}, which no cell above binds. "
+                "Import it in the lab's first code cell, or write the solution without it.",
+            )
+
+
+def _globals(table: symtable.SymbolTable) -> Iterator[str]:
+    top = table.get_type() == "module"
+    for symbol in table.get_symbols():
+        if symbol.is_referenced() and (symbol.is_global() or top):
+            yield symbol.get_name()
+    for child in table.get_children():
+        yield from _globals(child)
+
+
+def _parse(lab: Lab) -> tuple[str, ast.Module]:
+    try:
+        text = lab.solutions.read_text(encoding="utf-8")
+        return text, ast.parse(text)
+    except (OSError, SyntaxError) as error:
+        raise BadFile(f"the answers of lab {lab.stem} cannot be read: {error}.") from None
+
+
+def _helpers(lab: Lab, text: str, tree: ast.Module, solution: Definition) -> list[str]:
+    """The lines of what `solution` uses of its module and is no exercise, in the order of the file."""
+    owners = {name: node for node in tree.body for name in _binds(node)}
+    for name in lab.exercises:
+        owners.pop(name, None)
+    lines, found, todo = text.splitlines(), set(), [solution]
+    while todo:
+        node = todo.pop()
+        code = textwrap.dedent("\n".join(lines[node.lineno - 1 : node.end_lineno]))
+        used = set(_globals(symtable.symtable(code, lab.solutions.name, "exec")))
+        new = {owners[n] for n in used & owners.keys()} - found - {node}
+        found |= new
+        todo += new
+    parts = []
+    for node in sorted(found, key=lambda x: x.lineno):
+        gap = ["", ""] if parts and isinstance(node, Definition) else []
+        parts += gap + lines[node.lineno - 1 : node.end_lineno]
+    return parts
+
+
+def _binds(node: ast.stmt) -> list[str]:
+    if isinstance(node, Definition):
+        return [node.name]
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+    return [x.id for x in targets if isinstance(x, ast.Name)]
+
+
+def _signature(node: ast.stmt) -> str:
+    """How it is called, annotations and defaults included; of a class, each public method."""
+    if isinstance(node, ast.ClassDef):
+        methods = [x for x in node.body if isinstance(x, ast.FunctionDef)]
+        return "; ".join(_signature(x) for x in methods if not x.name.startswith("_"))
+    assert isinstance(node, ast.FunctionDef)
+    returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+    return f"{node.name}({ast.unparse(node.args)}){returns}"
+
+
+def _body(text: str, node: Definition) -> list[str]:
+    """The lines under the docstring, comments and blank lines within them included."""
+    first = node.body[0]
+    start = first.end_lineno if ast.get_docstring(node) is not None else first.lineno - 1
+    lines = text.splitlines()[start : node.end_lineno]
+    while lines and not lines[0].strip():
+        lines.pop(0)
+    return lines
