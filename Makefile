@@ -59,8 +59,13 @@ book: setup  ## build the book into build/book
 ship: setup  ## the two wheels and the student archive in dist/
 	$(BIN)/python -m grader.ship
 
-bench: setup  ## side by side with RotorPy and MuJoCo, as ratios from one run
-	$(BIN)/python -m benchmarks
+bench: build/bench/.ready  ## side by side with RotorPy and MuJoCo, as ratios from one run
+	build/bench/bin/python -m benchmarks
+
+build/bench/.ready: .venv/.ready benchmarks/requirements.lock
+	$(PYTHON) -m venv build/bench
+	$(BIN)/uv pip install -q --python build/bench/bin/python --no-deps --require-hashes -r benchmarks/requirements.lock
+	@touch $@
 
 lock:  ## resolve the dependencies again into requirements.lock and benchmarks/requirements.lock
 	uv pip compile -q --universal --generate-hashes --no-emit-index-url --no-annotate --no-header \
