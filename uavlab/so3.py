@@ -8,6 +8,7 @@ vector [rad], axis times angle.
 from __future__ import annotations
 
 from math import acos, atan2, cos, sin, sqrt
+from typing import TypeAlias
 
 import numpy as np
 
@@ -50,6 +51,20 @@ def exp(w: Vec3) -> Mat3:
     Mat3
         Rotation matrix, shape (3, 3).
     """
+    return np.array(exp_rows(w))
+
+
+Row: TypeAlias = tuple[float, float, float]
+
+
+def exp_rows(w: Vec3 | Row) -> tuple[Row, Row, Row]:
+    """The rows of `exp`, as plain floats: the form that the plant compiles.
+
+    Parameters
+    ----------
+    w : Vec3 or tuple
+        Rotation vector [rad], shape (3,).
+    """
     x, y, z = w[0], w[1], w[2]
     aa = x * x + y * y + z * z
     if aa < 1e-8:  # Taylor: the next term is below 1e-20
@@ -58,11 +73,11 @@ def exp(w: Vec3) -> Mat3:
         a = sqrt(aa)
         half = sin(0.5 * a)
         s, c = sin(a) / a, 2.0 * half * half / aa
-    return np.array((
+    return (
         (1.0 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y),
         (c * x * y + s * z, 1.0 - c * (x * x + z * z), c * y * z - s * x),
         (c * x * z - s * y, c * y * z + s * x, 1.0 - c * (x * x + y * y)),
-    ))  # fmt: skip
+    )  # fmt: skip
 
 
 def log(R: Mat3) -> Vec3:

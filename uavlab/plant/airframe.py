@@ -1,0 +1,285 @@
+"""Airframes: what an aircraft is made of, read from TOML in which every number has a unit and a source."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from math import isfinite, pi
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from uavlab.errors import BadFile, BadInput, UnknownName
+from uavlab.types import GRAVITY, Array, Mat3, Vec3
+
+DATA = Path(__file__).parent / "data"
+
+
+class Airframe(NamedTuple):
+    """A multirotor: mass, rotors, drag and the gains of its embedded rate loop.
+
+    `build_airframe` makes one from measured numbers and derives the rest; ``airframe._replace(m=1.9)`` changes one
+    field and derives nothing.
+    """
+
+    name: str
+    n: int  # number of rotors
+    m: float  # mass [kg]
+    J: Mat3  # (3, 3) inertia [kg m²], body
+    J_inv: Mat3  # (3, 3) [1/(kg m²)], body
+    arm: float  # rotor axis to centre [m]
+    angles: Array  # (n,) of the rotors [rad], from body x, counter-clockwise seen from above
+    spins: Array  # (n,) +1 or −1: the sign of the torque about body z that the rotor's drag leaves on the airframe
+    torque_ratio: float  # c: that torque per thrust [m]
+    allocation: Array  # (4, n) rotor thrusts [N] → (f [N], τ [N m]), body
+    thrust_coefficient: float  # thrust per squared speed [N s²/rad²]
+    speed_min: float  # of a rotor [rad/s], when armed
+    speed_max: float  # [rad/s]
+    thrust_min: float  # of one rotor [N]
+    thrust_max: float  # of one rotor [N]
+    motor_tau: float  # time constant of rotor speed [s]
+    a_t: float  # thrust curve T = a_t √f + b_t of the collective thrust f (MRS eq. 32) [1/√N]
+    b_t: float  # [1]
+    drag_body: float  # quadratic drag of the body: F = −drag_body |v| v [N s²/m²]
+    drag_rotor: float  # c of Bangura eq. (3): a_xy = −c √(f/m) V_xy [1/√m]
+    rate_gain: Vec3  # (3,) of the embedded rate loop, body axes [1/s]
+    propeller_radius: float  # [m], for pictures
+
+
+class _Rule(NamedTuple):
+    """What a key of the TOML file must hold."""
+
+    unit: str
+    low: float  # allowed: low < value
+    high: float  # allowed: value ≤ high
+    count: int = 1  # 0: as many as there are rotors
+
+
+_RULES = {
+    "mass": _Rule("kg", 0.0, 500.0),
+    "inertia": _Rule("kg m²", 0.0, 500.0, 3),
+    "arm": _Rule("m", 0.0, 10.0),
+    "angles": _Rule("deg", -361.0, 361.0, 0),
+    "spins": _Rule("1", -1.5, 1.5, 0),
+    "torque_ratio": _Rule("m", 0.0, 1.0),
+    "thrust_coefficient": _Rule("N/rpm²", 0.0, 1.0),
+    "speed_min": _Rule("rpm", 0.0, 1e6),
+    "speed_max": _Rule("rpm", 0.0, 1e6),
+    "motor_tau": _Rule("s", 0.0, 10.0),
+    "drag_body": _Rule("N s²/m²", -1e-12, 100.0),
+    "drag_rotor": _Rule("1/√m", -1e-12, 100.0),
+    "rate_gain": _Rule("1/s", 0.0, 1000.0, 3),
+    "propeller_radius": _Rule("m", 0.0, 10.0),
+}
+_RPM = 2.0 * pi / 60.0  # [rad/s] per rpm
+_SI = {"deg": pi / 180.0, "rpm": _RPM, "N/rpm²": 1.0 / _RPM**2}
+
+
+def airframe_names() -> list[str]:
+    """Names of the airframes that come with uavlab."""
+    return sorted(path.stem for path in DATA.glob("*.toml"))
+
+
+def load_airframe(name: str | os.PathLike[str]) -> Airframe:
+    """An airframe by name, or from a TOML file of your own.
+
+    Parameters
+    ----------
+    name : str or path
+        One of `airframe_names` (upper or lower case), or the path of a file that ends in ``.toml``.
+
+    Raises
+    ------
+    UnknownName
+        No airframe has this name.
+    BadFile
+        The file is missing or is not TOML.
+    BadInput
+        A number is missing, has the wrong unit, or is out of bounds.
+    """
+    text = os.fspath(name)
+    if text.endswith(".toml"):
+        path = Path(text)
+    else:
+        known = {stem.lower(): stem for stem in airframe_names()}
+        if text.lower() not in known:
+            raise UnknownName("airframe", text, known.values())
+        path = DATA / f"{known[text.lower()]}.toml"
+    table = _read_toml(path)
+    return build_airframe(path.stem, **{key: _quantity(table, key, path) for key in _RULES})
+
+
+def build_airframe(
+    name: str,
+    *,
+    mass: float,
+    inertia: Array,
+    arm: float,
+    angles: Array,
+    spins: Array,
+    torque_ratio: float,
+    thrust_coefficient: float,
+    speed_min: float,
+    speed_max: float,
+    motor_tau: float,
+    drag_body: float,
+    drag_rotor: float,
+    rate_gain: Vec3,
+    propeller_radius: float = 0.1,
+) -> Airframe:
+    """An airframe from measured numbers, all SI and radians; what follows from them is derived.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    mass : float
+        [kg].
+    inertia : Array
+        Diagonal (3,) or matrix (3, 3) [kg m²], body.
+    arm : float
+        Rotor axis to centre [m].
+    angles : Array
+        Of the rotors [rad], (n,), from body x, counter-clockwise.
+    spins : Array
+        (n,) of ±1; see `allocation_matrix`.
+    torque_ratio : float
+        Drag torque per thrust of a rotor [m].
+    thrust_coefficient : float
+        Thrust per squared speed [N s²/rad²].
+    speed_min, speed_max : float
+        Of an armed rotor [rad/s].
+    motor_tau : float
+        Time constant [s].
+    drag_body, drag_rotor : float
+        [N s²/m²] and [1/√m], see `Airframe`.
+    rate_gain : Vec3
+        Of the embedded rate loop [1/s], (3,).
+    propeller_radius : float
+        [m], for pictures.
+
+    Raises
+    ------
+    BadInput
+        The rotors cannot make all of thrust, roll, pitch and yaw, or cannot carry the aircraft.
+    """
+    angles, spins = np.asarray(angles, dtype=float), np.asarray(spins, dtype=float)
+    n = len(angles)
+    if spins.shape != (n,) or not (np.abs(spins) == 1.0).all():
+        raise BadInput(f"{name}: spins are {spins.tolist()}; one +1 or −1 for each of {n} angles.")
+    J = np.diag(inertia) if np.ndim(inertia) == 1 else np.asarray(inertia, dtype=float)
+    span = (speed_max - speed_min) * np.sqrt(n * thrust_coefficient)
+    if not span > 0.0:
+        raise BadInput(
+            f"{name}: speed_max {speed_max:g} must exceed speed_min {speed_min:g} rad/s."
+        )
+    airframe = Airframe(
+        name=name,
+        n=n,
+        m=float(mass),
+        J=J,
+        J_inv=np.linalg.inv(J),
+        arm=float(arm),
+        angles=angles,
+        spins=spins,
+        torque_ratio=float(torque_ratio),
+        allocation=allocation(angles, arm, torque_ratio, spins),
+        thrust_coefficient=float(thrust_coefficient),
+        speed_min=float(speed_min),
+        speed_max=float(speed_max),
+        thrust_min=float(thrust_coefficient * speed_min**2),
+        thrust_max=float(thrust_coefficient * speed_max**2),
+        motor_tau=float(motor_tau),
+        a_t=float(1.0 / span),  # T = (speed − min) / (max − min) and f = n k speed²
+        b_t=float(-speed_min / (speed_max - speed_min)),
+        drag_body=float(drag_body),
+        drag_rotor=float(drag_rotor),
+        rate_gain=np.asarray(rate_gain, dtype=float),
+        propeller_radius=float(propeller_radius),
+    )
+    for value in airframe:
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+    _check_flyable(airframe)
+    return airframe
+
+
+def allocation(angles: Array, arm: float, torque_ratio: float, spins: Array) -> Array:
+    """Rotor thrusts → collective thrust and torque, for rotors that stand upright on a circle (Spica eq. 1).
+
+    A rotor at angle φ sits at arm (cos φ, sin φ, 0), so its thrust gives τ = (arm sin φ, −arm cos φ, spin c). A rotor
+    with spin +1 pushes the airframe counter-clockwise; it turns clockwise itself, seen from above.
+
+    Parameters
+    ----------
+    angles : Array
+        (n,) [rad], from body x, counter-clockwise.
+    arm : float
+        [m].
+    torque_ratio : float
+        c [m].
+    spins : Array
+        (n,) of ±1.
+
+    Returns
+    -------
+    Array
+        (4, n); rows f [1], τ_x, τ_y, τ_z [m], body.
+    """
+    return np.array([
+        np.ones(len(angles)),
+        arm * np.sin(angles),
+        -arm * np.cos(angles),
+        torque_ratio * np.asarray(spins),
+    ])  # fmt: skip
+
+
+def _check_flyable(airframe: Airframe) -> None:
+    """Refuse rotors that cannot steer or cannot carry."""
+    name, n = airframe.name, airframe.n
+    rank = np.linalg.matrix_rank(airframe.allocation, tol=1e-6)
+    if rank < 4:
+        raise BadInput(
+            f"{name}: its {n} rotors span only {rank} of (thrust, roll, pitch, yaw). It takes at least four "
+            "rotors, not all on one line, with both spins."
+        )
+    each = np.linalg.pinv(airframe.allocation)[:, 0] * airframe.m * GRAVITY
+    if not ((each > airframe.thrust_min) & (each < airframe.thrust_max)).all():
+        raise BadInput(
+            f"{name}: hover needs rotor thrusts {each.round(3).tolist()} N, "
+            f"allowed {airframe.thrust_min:.3f} to {airframe.thrust_max:.3f} N each. Change mass or rotors."
+        )
+
+
+def _read_toml(path: Path) -> Mapping[str, Any]:
+    import tomllib
+
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadFile(f"cannot read the airframe {path}: {error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadFile(f"{path} is not TOML: {error}.") from None
+
+
+def _quantity(table: Mapping[str, Any], key: str, path: Path) -> Any:
+    """The number (or list) under `key`, checked, in SI."""
+    rule, entry = _RULES[key], table.get(key)
+    where = f"{path.name}: {key}"
+    if not isinstance(entry, Mapping) or not {"value", "unit", "source"} <= set(entry):
+        shape = f'{key} = {{ value = …, unit = "{rule.unit}", source = "…" }}'
+        raise BadInput(f"{where} is {entry!r}; write {shape}.")
+    if entry["unit"] != rule.unit:
+        raise BadInput(f"{where} is in {entry['unit']!r}; convert it to {rule.unit!r}.")
+    value = entry["value"]
+    many = value if isinstance(value, list) else [value]
+    if rule.count != 1 and (not isinstance(value, list) or len(many) != (rule.count or len(many))):
+        raise BadInput(f"{where} is {value!r}; a list of {rule.count or 'all rotors'} is needed.")
+    for x in many:
+        number = isinstance(x, int | float) and not isinstance(x, bool) and isfinite(x)
+        if not number or not rule.low < x <= rule.high:
+            bound = f"{max(rule.low, 0.0) if rule.low > -1 else rule.low:g} to {rule.high:g}"
+            raise BadInput(f"{where} has the value {x!r}; allowed {bound} {rule.unit}.")
+    factor = _SI.get(rule.unit, 1.0)
+    return np.array(many, dtype=float) * factor if rule.count != 1 else float(value) * factor

@@ -1,0 +1,98 @@
+"""The plant that flies fast: the compiled world behind two functions."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from uavlab.errors import BadInput
+from uavlab.plant.airframe import Airframe
+from uavlab.plant.constants import constants
+from uavlab.plant.world import World, first_world
+from uavlab.types import Command, State, Vec3
+
+RATE = 1000.0  # [Hz] of rate loop and physics, if nothing else is said
+STILL = np.zeros(3)
+STILL.setflags(write=False)
+
+
+@final
+class CompiledPlant:
+    """An aircraft with its embedded autopilot, in moving air above flat ground at z = 0.
+
+    Modelled: rigid body with gyroscopic torque, motors with first-order lag and limits, thrust ∝ speed², drag of body
+    and rotors, take-off, standing and touch-down. Not modelled: ground effect, the gyroscopic torque and the spin-up
+    torque of the rotors, friction (on the ground the aircraft stands still).
+    """
+
+    def __init__(self, airframe: Airframe) -> None:
+        from uavlab.plant import kernel  # numba starts here, not with `import uavlab`
+
+        self.airframe = airframe
+        self._constants = constants(airframe)
+        self._advance = kernel.advance
+
+    def init(self, state: State) -> World:
+        """The world at t = 0: rotors at hover speed in the air, at rest on the ground (z = 0).
+
+        Raises
+        ------
+        BadInput
+            A wrong shape, a number that is not finite, no rotation, below the ground, or moving on it.
+        """
+        return first_world(state, self.airframe)
+
+    def advance(
+        self,
+        world: World,
+        command: Command,
+        wind: Vec3 = STILL,
+        dt: float = 0.01,
+        n: int | None = None,
+    ) -> World:
+        """The world `dt` later, under a constant command in air that moves with constant velocity.
+
+        Parameters
+        ----------
+        world : World
+            From `init` or `advance`.
+        command : Command
+            Collective thrust `f_d` [N] and body rates `omega_d` [rad/s]; held for `dt`.
+        wind : Vec3
+            Velocity of the air [m/s], world, (3,).
+        dt : float
+            Control tick [s].
+        n : int, optional
+            Inner steps in it; 1 kHz if there is no number.
+
+        Raises
+        ------
+        BadInput
+            `dt` or `n` is not positive, a vector is not (3,), or `world` has another number of rotors.
+        """
+        f_d, omega_d, wind_, n = inputs(self.airframe, world, command, wind, dt, n)
+        return self._advance(world, f_d, omega_d, wind_, self._constants, float(dt), n)
+
+
+def inputs(
+    airframe: Airframe, world: World, command: Command, wind: Vec3, dt: float, n: int | None
+) -> tuple[float, tuple[float, float, float], tuple[float, float, float], int]:
+    """Thrust, rates, wind and number of inner steps as plain numbers, checked: kernels do not look."""
+    if n is None:
+        n = max(round(dt * RATE), 1)
+    if not (dt > 0.0 and n >= 1):
+        raise BadInput(f"advance: dt is {dt} s and n is {n}; dt must be > 0 and n ≥ 1.")
+    if len(world.speed) != airframe.n:
+        raise BadInput(
+            f"advance: the world has {len(world.speed)} rotors, {airframe.name} has {airframe.n}. "
+            "Make the world with this plant's init."
+        )
+    return float(command.f_d), _three(command.omega_d, "omega_d"), _three(wind, "wind"), int(n)
+
+
+def _three(x: Vec3, name: str) -> tuple[float, float, float]:
+    values = np.asarray(x, dtype=float).tolist()
+    if not isinstance(values, list) or len(values) != 3 or isinstance(values[0], list):
+        raise BadInput(f"advance: {name} has shape {np.shape(x)}; (3,) is needed.")
+    return tuple(values)

@@ -1,0 +1,162 @@
+"""The plant in the functions of lab 01: the same world as the compiled one, some five hundred times slower."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, ClassVar, final
+
+import numpy as np
+
+from uavlab.errors import BadInput
+from uavlab.interfaces import asks
+from uavlab.plant.airframe import Airframe
+from uavlab.plant.compiled import STILL, CompiledPlant, inputs
+from uavlab.plant.world import World, first_world
+from uavlab.types import GRAVITY, Array, Command, Mat3, State, StateRate, Vec3
+
+_E3 = np.array((0.0, 0.0, 1.0))
+
+
+@final
+@dataclass(frozen=True)
+class ReadablePlant:
+    """An aircraft flown with the functions that lab 01 asks for.
+
+    It holds what the functions do not: the rate loop, what gives way at saturation, drag, gravity, the ground, and the
+    order of things in one step. `tests/plant/test_twins.py` holds it equal to `CompiledPlant`.
+    """
+
+    airframe: Airframe
+    _: KW_ONLY
+    rigid_body_rate: Callable[..., StateRate] = asks("dynamics")
+    step_on_so3: Callable[[Mat3, Vec3, float], Mat3] = asks("dynamics")
+    allocation_matrix: Callable[[Array, float, float, Array], Array] = asks("dynamics")
+    rotor_thrusts: Callable[[float, Vec3, Array], Array] = asks("dynamics")
+    motor_step: Callable[[Array, Array, float, float], Array] = asks("dynamics")
+    allocation: Array = field(init=False, repr=False)  # (4, n), from allocation_matrix
+    mixer: Array = field(init=False, repr=False)  # (n, 4), from rotor_thrusts
+    stand_in: ClassVar[type] = CompiledPlant
+
+    def __post_init__(self) -> None:
+        """Ask for the two matrices once: rotor thrusts are linear in thrust and torque."""
+        a = self.airframe
+        allocation = self.allocation_matrix(a.angles, a.arm, a.torque_ratio, a.spins)
+        allocation = _shaped("allocation_matrix", allocation, (4, a.n))
+        columns = [
+            _shaped("rotor_thrusts", self.rotor_thrusts(u[0], u[1:], allocation), (a.n,))
+            for u in np.eye(4)
+        ]
+        object.__setattr__(self, "allocation", allocation)
+        object.__setattr__(self, "mixer", np.stack(columns, axis=1))
+
+    def init(self, state: State) -> World:
+        """The world at t = 0; as `CompiledPlant.init`."""
+        return first_world(state, self.airframe)
+
+    def advance(
+        self,
+        world: World,
+        command: Command,
+        wind: Vec3 = STILL,
+        dt: float = 0.01,
+        n: int | None = None,
+    ) -> World:
+        """The world `dt` [s] later, in `n` inner steps; as `CompiledPlant.advance`."""
+        f_d, rates, air, n = inputs(self.airframe, world, command, wind, dt, n)
+        omega_d, wind = np.array(rates), np.array(air)
+        state, speed, contact, impact = world.state, world.speed, world.contact, 0.0
+        a, h = self.airframe, dt / n
+        for _ in range(n):
+            thrust = self.mix(f_d, self.rate_loop(state.omega, omega_d))
+            asked = np.sqrt(thrust / a.thrust_coefficient)
+            speed = self.motor_step(speed, asked, a.motor_tau, h / 2)
+            f, *tau = self.allocation @ (a.thrust_coefficient * speed**2)
+            if contact and self.force(state, f, wind)[2] > 0.0:
+                contact = False  # thrust carries it: take-off
+            if not contact:
+                state = self.step_body(state, f, np.array(tau), wind, h)
+                if state.r[2] < 0.0:
+                    impact = max(impact, float(np.linalg.norm(state.v)))
+                    state, contact = _stand(state), True
+            speed = self.motor_step(speed, asked, a.motor_tau, h / 2)
+        f = float(self.allocation[0] @ (a.thrust_coefficient * speed**2))
+        rest = np.zeros(3)
+        accel = rest if contact else self.rate(state, f, rest, wind).v_dot
+        return World(world.t + dt, *state, speed, accel, contact, impact)
+
+    def rate_loop(self, omega: Vec3, omega_d: Vec3) -> Vec3:
+        """Torque [N m], body: proportional on the rate error, with the gyroscopic torque fed forward (Spica eq. 5)."""
+        a = self.airframe
+        return a.J @ (a.rate_gain * (omega_d - omega)) + np.cross(omega, a.J @ omega)
+
+    def mix(self, f: float, tau: Vec3) -> Array:
+        """Rotor thrusts (n,) [N] for thrust f and torque τ; when they saturate yaw gives way, then thrust, then tilt."""
+        low, high = self.airframe.thrust_min, self.airframe.thrust_max
+        p, q, y = self.mixer[:, 0], self.mixer[:, 1:3] @ tau[:2], self.mixer[:, 3] * tau[2]
+        asked = p * f + q + y
+        if (asked >= low).all() and (asked <= high).all():
+            return asked
+        # Rotor j may stand above rotor i by no more than the limits are apart.
+        gap = (q / p)[None, :] - (q / p)[:, None]
+        room = np.maximum((high / p)[None, :] - (low / p)[:, None], 0.0)
+        q = q * min(1.0, np.min(room[gap > room] / gap[gap > room], initial=1.0))
+        f = float(np.clip(f, np.max((low - q) / p), np.min((high - q) / p)))
+        base = p * f + q
+        over, under = y > high - base, y < low - base
+        share = min(
+            np.min(np.maximum(high - base[over], 0.0) / y[over], initial=1.0),
+            np.min(np.minimum(low - base[under], 0.0) / y[under], initial=1.0),
+        )
+        return np.clip(base + share * y, low, high)
+
+    def force(self, state: State, f: float, wind: Vec3) -> Vec3:
+        """All forces together [N], world: thrust, drag of the rotors (Bangura eq. 3) and of the body, gravity."""
+        a = self.airframe
+        air = state.v - wind
+        V_B = state.R.T @ air
+        k = a.drag_rotor * np.sqrt(a.m * max(f, 0.0))
+        rotors = state.R @ np.array((-k * V_B[0], -k * V_B[1], f))
+        return rotors - a.drag_body * np.linalg.norm(air) * air - a.m * GRAVITY * _E3
+
+    def rate(self, state: State, f: float, tau: Vec3, wind: Vec3) -> StateRate:
+        """Time derivative of the state under thrust f [N] and torque τ [N m]."""
+        a = self.airframe
+        return self.rigid_body_rate(state, self.force(state, f, wind), tau, m=a.m, J=a.J)
+
+    def step_body(self, x: State, f: float, tau: Vec3, wind: Vec3, dt: float) -> State:
+        """One step of `dt` [s]: Runge-Kutta 4 for r, v and ω, its commutator-free companion for R.
+
+        Celledoni, Marthinsen, Owren 2003: R is only ever turned by constant rates, so it stays on SO(3).
+        """
+        h, turn = dt / 2, self.step_on_so3
+        k1 = self.rate(x, f, tau, wind)
+        x2 = _moved(x, k1, h, turn(x.R, x.omega, h))
+        k2 = self.rate(x2, f, tau, wind)
+        x3 = _moved(x, k2, h, turn(x.R, x2.omega, h))
+        k3 = self.rate(x3, f, tau, wind)
+        x4 = _moved(x, k3, dt, turn(x2.R, x3.omega - x.omega / 2, dt))
+        k4 = self.rate(x4, f, tau, wind)
+
+        both = 2 * x2.omega + 2 * x3.omega
+        early = (3 * x.omega + both - x4.omega) / 12
+        late = (-x.omega + both + 3 * x4.omega) / 12
+        mean = StateRate(*((a + 2 * b + 2 * c + d) / 6 for a, b, c, d in zip(k1, k2, k3, k4)))  # noqa: B905
+        return _moved(x, mean, dt, turn(turn(x.R, early, dt), late, dt))
+
+
+def _moved(x: State, rate: StateRate, dt: float, R: Mat3) -> State:
+    """`x` after `dt` [s] at this rate, with the rotation R."""
+    return State(x.r + dt * rate.r_dot, x.v + dt * rate.v_dot, R, x.omega + dt * rate.omega_dot)
+
+
+def _stand(x: State) -> State:
+    """At rest on the ground, where `x` has come down."""
+    return State(np.array((x.r[0], x.r[1], 0.0)), np.zeros(3), x.R, np.zeros(3))
+
+
+def _shaped(name: str, value: Any, shape: tuple[int, ...]) -> Array:
+    out = np.asarray(value, dtype=float)
+    if out.shape != shape:
+        raise BadInput(f"{name} returned an array of shape {out.shape}; {shape} is needed.")
+    return out
