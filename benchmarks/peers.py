@@ -65,12 +65,12 @@ def _rotorpy_t650() -> dict:
     )
     return zero | {
         "mass": a.m, "Ixx": a.J[0, 0], "Iyy": a.J[1, 1], "Izz": a.J[2, 2],
-        "num_rotors": a.n, "rotor_radius": 0.19,
+        "num_rotors": a.n, "rotor_radius": a.propeller_radius,
         "rotor_pos": {f"r{i + 1}": place for i, place in enumerate(places)},
         "rotor_directions": a.spins, "rI": np.zeros(3),
-        "c_Dx": 0.0995, "c_Dy": 0.0995, "c_Dz": 0.0995,
-        "k_eta": kf, "k_m": kf * a.torque_ratio, "tau_m": a.motor_time,
-        "rotor_speed_min": np.sqrt(a.thrust_min / kf), "rotor_speed_max": np.sqrt(a.thrust_max / kf),
+        "c_Dx": a.drag_body, "c_Dy": a.drag_body, "c_Dz": a.drag_body,
+        "k_eta": kf, "k_m": kf * a.torque_ratio, "tau_m": a.motor_tau,
+        "rotor_speed_min": a.speed_min, "rotor_speed_max": a.speed_max,
         "k_w": 1, "k_v": 10, "kp_att": 150.0, "kd_att": 20.0,
     }  # fmt: skip
 
@@ -159,7 +159,7 @@ def _mujoco_model(a: object) -> str:
         gear = f"0 0 1 0 0 {spin * a.torque_ratio}"
         actuators.append(
             f'<general name="motor{i}" site="rotor{i}" gear="{gear}" dyntype="filter" '
-            f'dynprm="{a.motor_time}"/>'
+            f'dynprm="{a.motor_tau}"/>'
         )
     jx, jy, jz = np.diag(a.J)
     return MODEL.format(

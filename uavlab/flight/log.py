@@ -85,7 +85,7 @@ def load_log(path: str | os.PathLike[str]) -> Log:
     """
     path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
             head = json.loads(str(data["head"]))
             if head["version"] != VERSION:
                 raise BadFile(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from uavlab.flight.log import Log
@@ -34,27 +36,27 @@ def summary(log: Log, after: float = 0.0) -> dict[str, float]:
     Returns
     -------
     dict
-        Empty of meaning if nothing was flown: then all values are NaN.
+        By name and unit; NaN where nothing was flown.
     """
     use = log.t >= after
-    if not use.any():
-        use = np.zeros(len(log.t), dtype=bool)
     e, h, speed = (
         position_error(log)[use],
         heading_error(log)[use],
         np.linalg.norm(log.v, axis=1)[use],
     )
 
-    def of(f: object, x: Array) -> float:
-        return float(f(x)) if x.size else float("nan")  # type: ignore[operator]
+    def of(f: Callable[[Array], float], x: Array, unit: float = 1.0) -> float:
+        return unit * float(f(x)) if x.size else float("nan")
+
+    deg = float(np.rad2deg(1.0))
 
     return {
         "flown [s]": float(log.t[-1] + log.meta.get("dt", 0.0)) if len(log.t) else 0.0,
         "position error, mean [m]": of(np.mean, e),
         "position error, worst [m]": of(np.max, e),
-        "heading error, rms [deg]": np.rad2deg(of(lambda x: np.sqrt(np.mean(x**2)), h)),
-        "heading error, worst [deg]": np.rad2deg(of(lambda x: np.max(np.abs(x)), h)),
+        "heading error, rms [deg]": of(lambda x: np.sqrt(np.mean(x**2)), h, deg),
+        "heading error, worst [deg]": of(lambda x: np.max(np.abs(x)), h, deg),
         "speed, worst [m/s]": of(np.max, speed),
-        "tilt, worst [deg]": np.rad2deg(of(np.max, tilt(log)[use])),
+        "tilt, worst [deg]": of(np.max, tilt(log)[use], deg),
         "rotor thrust, worst [N]": of(np.max, log.rotors[use]),
     }
