@@ -73,5 +73,8 @@ lock:  ## resolve the dependencies again into requirements.lock and benchmarks/r
 	uv pip compile -q --universal --generate-hashes --no-emit-index-url --no-annotate --no-header \
 	  -c requirements.lock --group bench pyproject.toml -o benchmarks/requirements.lock
 
+golden: setup  ## write the golden flights anew; read the difference
+	$(BIN)/python -m tests.flight.test_golden
+
 clean:  ## remove what was built (not the environment)
 	rm -rf build dist book/_build book/labs
