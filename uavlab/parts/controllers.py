@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import sqrt
+from math import atan2, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from uavlab.frames import Shift, heading, moved, wrap
 from uavlab.interfaces import asks
-from uavlab.so3 import log
 from uavlab.types import GRAVITY, Command, Estimate, Mat3, Reference, Vec3
 
 _G = np.array((0.0, 0.0, GRAVITY))
@@ -116,8 +115,10 @@ class TiltAxis:
 class HeadingController:
     """Fly a force and a heading with the functions of lab 02 (MRS Sec. 5.1–5.3, without integrals).
 
-    The error between R and R_d is taken as a rotation vector; the rates that keep the heading come
-    from the student: feed-forward of the wanted heading rate, less what roll and pitch make of it.
+    Roll and pitch rates turn the thrust axis to that of R_d. Everything about the heading is a heading
+    rate, wanted or corrected; the student turns it into a yaw rate, and takes off what roll and pitch
+    make of it. (MRS eq. 25 feeds e_R back on all three axes. Without its jerk feed-forward the tilt lags,
+    and a yaw error in body axes is then no heading error.)
     """
 
     slot: ClassVar[str] = "controller"
@@ -139,15 +140,19 @@ class HeadingController:
     def step(
         self, memory: Handover, estimate: Estimate, reference: Reference, dt: float
     ) -> tuple[Handover, Command]:
-        """One tick of MRS eq. (25), with (31) and Sec. 5.3."""
+        """One tick: MRS (17)–(23) for the attitude, (31) and Sec. 5.3 for the yaw rate."""
         k, R = self.gains, estimate.R
         a = wanted_acceleration(estimate, reference, k)
         f = limited_tilt(self.mass * (a + _G), k.tilt_max)
 
         R_d = self.attitude_with_heading(f, reference.heading)
-        omega_d = -k.k_R * log(R_d.T @ R)
-        omega_d[2] += self.yaw_rate_from_heading_rate(R_d, reference.heading_rate)
-        omega_d[2] += self.parasitic_yaw_rate(R, omega_d)
+        x, y, z = R_d[:, 2] @ R  # the wanted thrust axis, told in the body: e3 × b3d = (−y, x, 0)
+        sine = sqrt(x * x + y * y)
+        turn = k.k_R * atan2(sine, z) / sine if sine > 0.0 else 0.0
+        omega_d = np.array((-turn * y, turn * x, 0.0))
+
+        rate = reference.heading_rate + k.k_heading * wrap(heading(R_d) - heading(R))
+        omega_d[2] = self.yaw_rate_from_heading_rate(R, rate) + self.parasitic_yaw_rate(R, omega_d)
 
         command = Command(float(f @ R[:, 2]), omega_d, f / self.mass - _G)
         return fading(memory, command, dt, 0.5)
