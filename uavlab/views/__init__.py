@@ -1,1 +1,21 @@
-"""Room."""
+"""How we look at flights: time plots, still pictures and 3D replays. The only room with matplotlib and meshcat.
+
+Both are imported when something is drawn, not before.
+"""
+
+from uavlab.views.picture import picture
+from uavlab.views.plots import plot_compare, plot_flight, plot_heading, plot_path
+from uavlab.views.replay import Target, replay
+from uavlab.views.show import Shown, show
+
+__all__ = [
+    "Shown",
+    "Target",
+    "picture",
+    "plot_compare",
+    "plot_flight",
+    "plot_heading",
+    "plot_path",
+    "replay",
+    "show",
+]

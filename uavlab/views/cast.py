@@ -1,0 +1,88 @@
+"""Who is in the picture, how big, and where: shared by the still picture and the replay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from uavlab.errors import BadInput
+from uavlab.flight.log import Log
+from uavlab.types import Array, Vec3
+from uavlab.views import style
+
+QUAD_X = (
+    np.pi / 4,
+    3 * np.pi / 4,
+    -3 * np.pi / 4,
+    -np.pi / 4,
+)  # what is drawn for a log without airframe
+
+
+def cast(logs: Log | Sequence[Log] | Mapping[str, Log]) -> dict[str, Log]:
+    """Flights by label, each cut where its pose stops being finite.
+
+    Raises
+    ------
+    BadInput
+        There is no flight, or something that is not a `Log`.
+    """
+    if isinstance(logs, Log):
+        named = {"flown": logs}
+    elif isinstance(logs, Mapping):
+        named = {str(k): v for k, v in logs.items()}
+    else:
+        named = {("flown" if k == 0 else f"flight {k + 1}"): log for k, log in enumerate(logs)}
+    if not named:
+        raise BadInput(
+            "there is no flight to draw; give a Log, a list of them, or {'label': log, …}."
+        )
+    for label, log in named.items():
+        if not isinstance(log, Log):
+            raise BadInput(f"{label!r} is a {type(log).__name__}; a uavlab Log is needed.")
+    return {label: style.whole(log) for label, log in named.items()}
+
+
+def rotor_places(log: Log) -> tuple[Array, Array, float]:
+    """Where the rotors are.
+
+    Returns
+    -------
+    tuple
+        Places (n, 3) [m] in the body, spins (n,) [+1 counter-clockwise, seen from above], radius [m].
+    """
+    angles = np.asarray(log.meta.get("angles") or QUAD_X, dtype=float)
+    n = len(angles)
+    arm = float(log.meta.get("arm") or 0.25)
+    spins = np.asarray(log.meta.get("spins") or [(-1) ** k for k in range(n)], dtype=float)
+    places = arm * np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
+    gap = 2 * arm * np.sin(np.pi / max(n, 2))  # between neighbours, so that discs do not overlap
+    return places, spins, float(min(0.44 * gap, 0.62 * arm))
+
+
+def drawn_scale(flights: Mapping[str, Log]) -> float:
+    """By how much aircraft are drawn larger than they are, so that they are seen on a long path."""
+    low, high = bounds(flights)
+    arm = float(next(iter(flights.values())).meta.get("arm") or 0.25)
+    scale = 0.055 * float(np.linalg.norm(high - low)) / arm
+    return max(1.0, round(scale, 1))
+
+
+def bounds(flights: Mapping[str, Log]) -> tuple[Vec3, Vec3]:
+    """Lowest and highest corner of all that was flown and asked [m], each (3,)."""
+    points = [log.r for log in flights.values()] + [log.r_d for log in flights.values()]
+    rows = np.concatenate([p[np.isfinite(p).all(axis=1)] for p in points] or [np.zeros((0, 3))])
+    if not len(rows):
+        return np.zeros(3), np.zeros(3)
+    return rows.min(axis=0), rows.max(axis=0)
+
+
+def frame_of(flights: Mapping[str, Log], least: float = 2.0) -> tuple[Vec3, Vec3]:
+    """`bounds` with the ground in it, a margin, and no side shorter than `least` [m]."""
+    low, high = bounds(flights)
+    low = np.array([low[0], low[1], min(0.0, low[2])])
+    margin = np.maximum(0.08 * (high - low), (least - (high - low)) / 2).clip(0.05)
+    low, high = low - margin, high + margin
+    if low[2] < 0.0 <= low[2] + margin[2] + 1e-9:  # the floor stays the floor
+        high[2], low[2] = high[2] - low[2], 0.0
+    return low, high
