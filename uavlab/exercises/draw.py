@@ -38,6 +38,25 @@ def tilted(rng: np.random.Generator, low: float, high: float) -> Mat3:
     return so3.exp(lean * axis) @ so3.about_z(turn)
 
 
+def aimed(rng: np.random.Generator, low: float, high: float) -> Mat3:
+    """A rotation as of `tilted` whose x axis is 20 degrees or more from the vertical: it has a heading."""
+    while True:
+        R = tilted(rng, low, high)
+        if abs(R[2, 0]) < np.cos(np.radians(20.0)):
+            return R
+
+
+def knife_edge(rng: np.random.Generator) -> Mat3:
+    """A rotation with a horizontal thrust axis, and its nose neither up nor down."""
+    edge = so3.exp(np.array((np.pi / 2, 0.0, 0.0))) @ so3.about_z(rng.uniform(0.3, 1.2))
+    return so3.about_z(angle(rng)) @ edge
+
+
+def pace(rng: np.random.Generator) -> float:
+    """A heading rate [rad/s] to either side, not near zero."""
+    return float(rng.uniform(0.3, 3.0) * rng.choice((-1.0, 1.0)))
+
+
 def force(rng: np.random.Generator, low: float, high: float) -> Vec3:
     """A force [N], world, shape (3,), that leans `low` to `high` [rad] from the vertical and weighs 5 to 50 N."""
     return float(rng.uniform(5.0, 50.0)) * tilted(rng, low, high)[:, 2]

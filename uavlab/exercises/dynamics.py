@@ -282,7 +282,7 @@ def throttle_from_force(f: float, a_t: float, b_t: float) -> float:
 def fourfold_force(f: Function, rng: np.random.Generator) -> None:
     """Four times the force needs twice the rotor speed: twice the throttle above the offset b_t."""
     for _ in range(3):
-        (a_t, b_t), force = draw.thrust_curve(rng), float(rng.uniform(2.0, 15.0))
+        (a_t, b_t), force = draw.thrust_curve(rng), float(rng.uniform(1.0, 4.0))
         low, high = (numbers(f(x, a_t, b_t), ()) - b_t for x in (force, 4.0 * force))
         expect_close(high, 2.0 * low)
         expect_close((low / a_t) ** 2, force, "The slope is not right.")

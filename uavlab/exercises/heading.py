@@ -223,7 +223,7 @@ def yaw_rate_from_heading_rate(R: Mat3, heading_rate: float) -> float:
 def alone_it_turns_the_heading(f: Function, rng: np.random.Generator) -> None:
     """Turning with this yaw rate, and no other, must change the heading at the rate asked for."""
     for _ in range(4):
-        R, rate = draw.tilted(rng, 0.3, 1.0), float(rng.uniform(0.3, 2.0)) * rng.choice((-1, 1))
+        R, rate = draw.tilted(rng, 0.3, 1.0), draw.pace(rng)
         yaw = numbers(f(R, rate), ())
         expect_close(heading_slope(R, np.array((0.0, 0.0, yaw))), rate, atol=1e-6)
 

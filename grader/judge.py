@@ -1,0 +1,191 @@
+"""The judge: one answer to one exercise → a verdict. Trusted, pure, and the only place where points are made.
+
+The answer is any callable; in the grader it is a proxy that calls the student's function in the sandbox. Nothing that
+the answer says gets into the verdict but one class name: feedback is made of our own sentences.
+"""
+
+from __future__ import annotations
+
+import warnings
+import zlib
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grader.material import call, hidden_checks, mutants, samples
+from uavlab.errors import CheckFailed
+from uavlab.exercises.spec import Check, Exercise, Function, WrongForm, numbers
+
+PURITY = "inputs_are_left_alone"
+PURITY_WEIGHT = 0.5
+PURITY_SENTENCE = (
+    "The arrays that a function is given belong to its caller: work on a copy, do not change them."
+)
+
+
+class Result(NamedTuple):
+    """What one check said."""
+
+    name: str
+    passed: bool
+    sentence: str  # the law, and how it was broken; free of the inputs
+    weight: float  # share of the points; 0 for an example
+    public: bool  # the student has it too
+
+
+class Verdict(NamedTuple):
+    """What an answer is worth, and why."""
+
+    exercise: str
+    score: float  # 0 to points, to the hundredth
+    points: float
+    results: tuple[Result, ...]
+    hint: str  # what to tell the student; empty when all is well
+    finished: bool  # False for a stub
+
+
+def judge(exercise: Exercise, answer: Function, seed: int) -> Verdict:
+    """Run every check of an exercise on an answer.
+
+    Parameters
+    ----------
+    exercise : Exercise
+        What was asked.
+    answer : callable
+        What was answered. It may carry ``changed_inputs``, true once a call has changed its arguments: a proxy
+        must say so, from outside the sandbox it cannot be seen. Its exceptions may carry ``kind``, the name
+        of the class in the sandbox.
+    seed : int
+        From zero up. The same seed gives the same inputs, check by check.
+
+    Returns
+    -------
+    Verdict
+        With partial credit for each check that passed, by weight.
+    """
+    watched = Watched(answer)
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")  # a warning is not a mistake
+        results = [
+            run(x, watched, _rng(seed, exercise, x.name), public=True) for x in exercise.checks
+        ]
+        hidden = hidden_checks(exercise)
+        results += [run(x, watched, _rng(seed, exercise, x.name), public=False) for x in hidden]
+        results.append(_purity(watched, results))
+        score = _score(exercise.points, results)
+        finished = score > 0.0 or not watched.unfinished
+        hint = "" if all(x.passed for x in results) else exercise.unfinished
+        if hint and finished:
+            hint = recognise(exercise, watched, seed) or next(
+                x.sentence for x in results if not x.passed
+            )
+    return Verdict(exercise.name, score, exercise.points, tuple(results), hint, finished)
+
+
+class Watched:
+    """An answer that is handed copies, so that what it does to them hurts nobody; and is seen doing it."""
+
+    def __init__(self, answer: Function) -> None:
+        self.answer, self.calls = answer, 0
+        self.changed = self.unfinished = False
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Call the answer on copies of the arguments."""
+        self.calls += 1
+        given, named = _copy(args), {k: _copy(v) for k, v in kwargs.items()}
+        try:
+            return self.answer(*given, **named)
+        except NotImplementedError:
+            self.unfinished = True
+            raise
+        finally:
+            if not _same(given, args) or not _same(tuple(named.values()), tuple(kwargs.values())):
+                self.changed = True
+            self.changed |= getattr(self.answer, "changed_inputs", False) is True
+
+
+def run(check: Check, answer: Function, rng: np.random.Generator, *, public: bool) -> Result:
+    """One check, whatever the answer does."""
+    try:
+        check.run(answer, rng)
+    except WrongForm as wrong:
+        why = f" {wrong.asked}"
+    except CheckFailed:
+        why = ""
+    except Exception as error:
+        why = f" (Your code raised {_kind(error)}.)"
+    else:
+        return Result(check.name, True, check.sentence, check.weight, public)
+    return Result(check.name, False, check.sentence + why, check.weight, public)
+
+
+def recognise(exercise: Exercise, answer: Function, seed: int) -> str:
+    """The hint of the known wrong answer that `answer` agrees with on fresh random inputs, or nothing."""
+    inputs = samples(exercise, _rng(seed, exercise, "hint"))
+    said = [outcome(answer, x) for x in inputs]
+    for known in mutants(exercise):
+        if all(agree(a, outcome(known.run, x)) for a, x in zip(said, inputs, strict=True)):
+            return known.hint
+    return ""
+
+
+Outcome = list[np.ndarray] | None  # None: it raised, or gave something else than finite numbers
+
+
+def outcome(f: Function, arguments: tuple[Any, ...]) -> Outcome:
+    """What a function gives for some arguments, as plain arrays."""
+    try:
+        got = call(f, _copy(arguments))
+        fields = got if isinstance(got, tuple) else (got,)
+        return [numbers(x, np.shape(x)) for x in fields]
+    except Exception:
+        return None
+
+
+def agree(a: Outcome, b: Outcome) -> bool:
+    """Whether two outcomes are the same to seven digits."""
+    if a is None or b is None:
+        return a is b
+    return len(a) == len(b) and all(
+        x.shape == y.shape and np.allclose(x, y, rtol=1e-7, atol=1e-9)
+        for x, y in zip(a, b, strict=True)
+    )
+
+
+def _rng(seed: int, exercise: Exercise, name: str) -> np.random.Generator:
+    """A generator of its own for each check: a new check does not change the inputs of the others."""
+    return np.random.default_rng((seed, zlib.crc32(f"{exercise.name}/{name}".encode())))
+
+
+def _score(points: float, results: list[Result]) -> float:
+    """Share of the points, by weight."""
+    won = sum(x.weight for x in results if x.passed)
+    return round(points * won / sum(x.weight for x in results), 2)
+
+
+def _purity(answer: Watched, results: list[Result]) -> Result:
+    """Leaving the inputs alone counts for an answer that does something right."""
+    earned = any(x.passed and x.weight for x in results)
+    return Result(PURITY, earned and not answer.changed, PURITY_SENTENCE, PURITY_WEIGHT, False)
+
+
+def _kind(error: Exception) -> str:
+    """Class name of an exception, if it is one: a student can call a class what they like."""
+    kind = getattr(error, "kind", None) or type(error).__name__
+    return kind if isinstance(kind, str) and kind.isidentifier() and len(kind) < 50 else "an error"
+
+
+def _copy(x: Any) -> Any:
+    """`x` with new arrays in it, through tuples."""
+    if isinstance(x, np.ndarray):
+        return x.copy()
+    if isinstance(x, tuple):
+        return type(x)(*map(_copy, x)) if hasattr(x, "_fields") else tuple(map(_copy, x))
+    return x
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether arrays, and tuples of them, have the same bytes."""
+    if isinstance(a, tuple):
+        return all(map(_same, a, b))
+    return not isinstance(a, np.ndarray) or np.array_equal(a, b)
