@@ -1,7 +1,8 @@
 """The world that flies: airframes, motors, rigid body, ground and air. Numba starts when a plant is made."""
 
-from uavlab.plant.airframe import Airframe, airframe_names, build_airframe, load_airframe
+from uavlab.plant.airframe import Airframe, build_airframe
 from uavlab.plant.compiled import CompiledPlant
+from uavlab.plant.load import airframe_names, load_airframe
 from uavlab.plant.readable import ReadablePlant
 from uavlab.plant.wind import CALM, Wind, gusts
 from uavlab.plant.world import World, thrusts

@@ -10,24 +10,24 @@ from math import inf
 
 from uavlab.plant.constants import Constants
 from uavlab.plant.jit import kernel
-from uavlab.plant.vectors import M, V, apply, cross, plus
+from uavlab.plant.vectors import V, apply, cross, plus
 from uavlab.types import Array
 
 
 @kernel
-def rate_loop(omega: V, omega_d: V, gain: V, J: M) -> V:
+def rate_loop(omega: V, omega_d: V, c: Constants) -> V:
     """Torque [N m], body: proportional on the rate error, with the gyroscopic torque fed forward (Spica eq. 5)."""
     wish = (
-        gain[0] * (omega_d[0] - omega[0]),
-        gain[1] * (omega_d[1] - omega[1]),
-        gain[2] * (omega_d[2] - omega[2]),
+        c.rate_gain[0] * (omega_d[0] - omega[0]),
+        c.rate_gain[1] * (omega_d[1] - omega[1]),
+        c.rate_gain[2] * (omega_d[2] - omega[2]),
     )
-    return plus(apply(J, wish), 1.0, cross(omega, apply(J, omega)))
+    return plus(apply(c.J, wish), 1.0, cross(omega, apply(c.J, omega)))
 
 
 @kernel
 def mix(f: float, tau: V, c: Constants, out: Array) -> None:
-    """Write into `out` (n,) the rotor thrusts [N] for thrust f and torque τ: exact if the rotors can, else what they can."""
+    """Write into `out` (n,) the rotor thrusts [N] for thrust f and torque τ, or what the rotors can of them."""
     fits = True
     for i in range(out.size):
         P = c.mixer[i]
@@ -53,7 +53,10 @@ def tilt_part(i: int, tau: V, c: Constants) -> float:
 
 @kernel
 def tilt_share(tau: V, c: Constants) -> float:
-    """The largest share ≤ 1 of roll and pitch torque that fits at some thrust: rotor j high, rotor i low, for all pairs."""
+    """The largest share ≤ 1 of roll and pitch torque that fits at some thrust.
+
+    It lifts rotor j above rotor i by no more than the limits are apart, for all pairs.
+    """
     share = 1.0
     n = c.mixer.shape[0]
     for i in range(n):
@@ -87,8 +90,8 @@ def yaw_share(tau_z: float, c: Constants, base: Array) -> float:
     share = 1.0
     for i in range(base.size):
         q = c.mixer[i, 3] * tau_z
-        if share * q > c.thrust_max - base[i]:
+        if q > 0.0 and share * q > c.thrust_max - base[i]:
             share = max(c.thrust_max - base[i], 0.0) / q
-        elif share * q < c.thrust_min - base[i]:
+        elif q < 0.0 and share * q < c.thrust_min - base[i]:
             share = min(c.thrust_min - base[i], 0.0) / q
     return share

@@ -8,9 +8,8 @@ import numpy as np
 
 from uavlab.errors import BadInput
 from uavlab.plant.airframe import Airframe
-from uavlab.plant.constants import constants
-from uavlab.plant.world import World, first_world
-from uavlab.types import Command, State, Vec3
+from uavlab.plant.world import SPEED, World, first_world, unpack
+from uavlab.types import Array, Command, State, Vec3
 
 RATE = 1000.0  # [Hz] of rate loop and physics, if nothing else is said
 STILL = np.zeros(3)
@@ -27,10 +26,10 @@ class CompiledPlant:
     """
 
     def __init__(self, airframe: Airframe) -> None:
-        from uavlab.plant import kernel  # numba starts here, not with `import uavlab`
+        from uavlab.plant import constants, kernel  # numba starts here, not with `import uavlab`
 
         self.airframe = airframe
-        self._constants = constants(airframe)
+        self._numbers, self._allocation, self._mixer = constants.pack(airframe)
         self._advance = kernel.advance
 
     def init(self, state: State) -> World:
@@ -71,14 +70,19 @@ class CompiledPlant:
         BadInput
             `dt` or `n` is not positive, a vector is not (3,), or `world` has another number of rotors.
         """
-        f_d, omega_d, wind_, n = inputs(self.airframe, world, command, wind, dt, n)
-        return self._advance(world, f_d, omega_d, wind_, self._constants, float(dt), n)
+        asked, n = inputs(self.airframe, world, command, wind, dt, n)
+        out = np.empty(SPEED + self.airframe.n)
+        contact, impact = self._advance(
+            world.r, world.v, world.R, world.omega, world.speed, world.contact,
+            asked, self._numbers, self._allocation, self._mixer, dt, n, out,
+        )  # fmt: skip
+        return unpack(world.t + dt, out, contact, impact)
 
 
 def inputs(
     airframe: Airframe, world: World, command: Command, wind: Vec3, dt: float, n: int | None
-) -> tuple[float, tuple[float, float, float], tuple[float, float, float], int]:
-    """Thrust, rates, wind and number of inner steps as plain numbers, checked: kernels do not look."""
+) -> tuple[Array, int]:
+    """Thrust, rates and wind in one array (7,), and the number of inner steps; checked, for kernels do not look."""
     if n is None:
         n = max(round(dt * RATE), 1)
     if not (dt > 0.0 and n >= 1):
@@ -88,11 +92,14 @@ def inputs(
             f"advance: the world has {len(world.speed)} rotors, {airframe.name} has {airframe.n}. "
             "Make the world with this plant's init."
         )
-    return float(command.f_d), _three(command.omega_d, "omega_d"), _three(wind, "wind"), int(n)
-
-
-def _three(x: Vec3, name: str) -> tuple[float, float, float]:
-    values = np.asarray(x, dtype=float).tolist()
-    if not isinstance(values, list) or len(values) != 3 or isinstance(values[0], list):
-        raise BadInput(f"advance: {name} has shape {np.shape(x)}; (3,) is needed.")
-    return tuple(values)
+    asked = np.empty(7)
+    try:
+        asked[0], asked[1:4], asked[4:7] = command.f_d, command.omega_d, wind
+        if len(command.omega_d) == 3 and len(wind) == 3:  # numpy would stretch a vector of one
+            return asked, n
+    except (TypeError, ValueError):
+        pass
+    raise BadInput(
+        f"advance: f_d has shape {np.shape(command.f_d)}, omega_d {np.shape(command.omega_d)} and "
+        f"wind {np.shape(wind)}; numbers of shape (), (3,) and (3,) are needed."
+    )

@@ -7,11 +7,11 @@ from math import exp, sqrt
 import numpy as np
 
 from uavlab.plant.autopilot import mix, rate_loop
-from uavlab.plant.constants import Constants
+from uavlab.plant.constants import Constants, unpacked
 from uavlab.plant.dynamics import acceleration, step_body
 from uavlab.plant.jit import entry, kernel
-from uavlab.plant.vectors import V, dot, matrix, orthonormal, vector
-from uavlab.plant.world import World
+from uavlab.plant.vectors import ZERO, V, dot, matrix, orthonormal, three
+from uavlab.plant.world import SPEED
 from uavlab.types import Array
 
 
@@ -38,43 +38,40 @@ def wrench(speed: Array, c: Constants) -> tuple[float, V]:
 
 @entry
 def advance(
-    world: World, f_d: float, omega_d: V, wind: V, c: Constants, dt: float, n: int
-) -> World:
-    """`world` after `n` inner steps that last `dt` [s] together; see `uavlab.plant.CompiledPlant.advance`.
+    r: Array, v: Array, R: Array, omega: Array, speed: Array, contact: bool,
+    asked: Array, numbers: Array, allocation: Array, mixer: Array, dt: float, n: int, out: Array,
+) -> tuple[bool, float]:  # fmt: skip
+    """Write into `out` the world after `n` inner steps that last `dt` [s] together; return contact and impact.
 
-    One inner step: the rate loop reads ω and commands the motors; the motors lag for half the step; the body moves under
-    that thrust and torque; the motors lag for the other half.
+    One inner step: the rate loop reads ω and commands the motors; the motors lag for half the step; the body moves
+    under that thrust and torque; the motors lag for the other half. Plain arrays, because NamedTuples at this border
+    would cost more than the flight inside; see `constants.pack` for `numbers` and `world.unpack` for `out`.
     """
-    r, v, R, omega = vector(world.r), vector(world.v), matrix(world.R), vector(world.omega)
-    J, J_inv, gain = matrix(c.J), matrix(c.J_inv), vector(c.rate_gain)
-    speed, asked = world.speed.copy(), np.empty(world.speed.size)
-    contact, impact = world.contact, 0.0
-    h = dt / n
+    c = unpacked(numbers, allocation, mixer)
+    body = (three(r, 0), three(v, 0), matrix(R), three(omega, 0))
+    f_d, omega_d, wind = asked[0], three(asked, 1), three(asked, 4)
+    speeds, thrust = out[SPEED:], np.empty(speed.size)
+    for i in range(speed.size):
+        speeds[i] = speed[i]
+    impact, h = 0.0, dt / n
     keep = exp(-0.5 * h / c.motor_tau)
-    zero = (0.0, 0.0, 0.0)
     for _ in range(n):
-        mix(f_d, rate_loop(omega, omega_d, gain, J), c, asked)
-        half_lag(speed, asked, keep, c)
-        f, tau = wrench(speed, c)
-        if contact and acceleration(zero, R, f, wind, c)[2] > 0.0:
+        mix(f_d, rate_loop(body[3], omega_d, c), c, thrust)
+        half_lag(speeds, thrust, keep, c)
+        f, tau = wrench(speeds, c)
+        if contact and acceleration(ZERO, body[2], f, wind, c)[2] > 0.0:
             contact = False  # thrust carries it: take-off
         if not contact:
-            r, v, R, omega = step_body(r, v, R, omega, f, tau, wind, c, J, J_inv, h)
-            if r[2] < 0.0:
-                impact = max(impact, sqrt(dot(v, v)))
-                r, v, omega, contact = (r[0], r[1], 0.0), zero, zero, True
-        half_lag(speed, asked, keep, c)
-    R = orthonormal(R)
-    f, tau = wrench(speed, c)
-    a = zero if contact else acceleration(v, R, f, wind, c)
-    return World(
-        world.t + dt,
-        np.array(r),
-        np.array(v),
-        np.array(R),
-        np.array(omega),
-        speed,
-        np.array(a),
-        contact,
-        impact,
-    )
+            body = step_body(body, f, tau, wind, c, h)
+            if body[0][2] < 0.0:
+                impact = max(impact, sqrt(dot(body[1], body[1])))
+                body, contact = ((body[0][0], body[0][1], 0.0), ZERO, body[2], ZERO), True
+        half_lag(speeds, thrust, keep, c)
+    f, tau = wrench(speeds, c)
+    r_, v_, R_, omega_ = body[0], body[1], orthonormal(body[2]), body[3]
+    a = ZERO if contact else acceleration(v_, R_, f, wind, c)
+    for i in range(3):
+        out[i], out[3 + i], out[15 + i], out[18 + i] = r_[i], v_[i], omega_[i], a[i]
+        for j in range(3):
+            out[6 + 3 * i + j] = R_[i][j]
+    return contact, impact

@@ -63,14 +63,14 @@ class ReadablePlant:
         n: int | None = None,
     ) -> World:
         """The world `dt` [s] later, in `n` inner steps; as `CompiledPlant.advance`."""
-        f_d, rates, air, n = inputs(self.airframe, world, command, wind, dt, n)
-        omega_d, wind = np.array(rates), np.array(air)
+        asked, n = inputs(self.airframe, world, command, wind, dt, n)
+        f_d, omega_d, wind = asked[0], asked[1:4], asked[4:7]
         state, speed, contact, impact = world.state, world.speed, world.contact, 0.0
         a, h = self.airframe, dt / n
         for _ in range(n):
             thrust = self.mix(f_d, self.rate_loop(state.omega, omega_d))
-            asked = np.sqrt(thrust / a.thrust_coefficient)
-            speed = self.motor_step(speed, asked, a.motor_tau, h / 2)
+            target = np.sqrt(thrust / a.thrust_coefficient)
+            speed = self.motor_step(speed, target, a.motor_tau, h / 2)
             f, *tau = self.allocation @ (a.thrust_coefficient * speed**2)
             if contact and self.force(state, f, wind)[2] > 0.0:
                 contact = False  # thrust carries it: take-off
@@ -79,7 +79,7 @@ class ReadablePlant:
                 if state.r[2] < 0.0:
                     impact = max(impact, float(np.linalg.norm(state.v)))
                     state, contact = _stand(state), True
-            speed = self.motor_step(speed, asked, a.motor_tau, h / 2)
+            speed = self.motor_step(speed, target, a.motor_tau, h / 2)
         f = float(self.allocation[0] @ (a.thrust_coefficient * speed**2))
         rest = np.zeros(3)
         accel = rest if contact else self.rate(state, f, rest, wind).v_dot
@@ -91,19 +91,22 @@ class ReadablePlant:
         return a.J @ (a.rate_gain * (omega_d - omega)) + np.cross(omega, a.J @ omega)
 
     def mix(self, f: float, tau: Vec3) -> Array:
-        """Rotor thrusts (n,) [N] for thrust f and torque τ; when they saturate yaw gives way, then thrust, then tilt."""
+        """Rotor thrusts (n,) [N] for thrust f and torque τ; at saturation yaw gives way, then f, then tilt."""
         low, high = self.airframe.thrust_min, self.airframe.thrust_max
         p, q, y = self.mixer[:, 0], self.mixer[:, 1:3] @ tau[:2], self.mixer[:, 3] * tau[2]
         asked = p * f + q + y
         if (asked >= low).all() and (asked <= high).all():
             return asked
+        up = p > 0.0  # always so, unless rotor_thrusts is wrong
+        lowest, highest, tilt = low / p[up], high / p[up], q[up] / p[up]
         # Rotor j may stand above rotor i by no more than the limits are apart.
-        gap = (q / p)[None, :] - (q / p)[:, None]
-        room = np.maximum((high / p)[None, :] - (low / p)[:, None], 0.0)
-        q = q * min(1.0, np.min(room[gap > room] / gap[gap > room], initial=1.0))
-        f = float(np.clip(f, np.max((low - q) / p), np.min((high - q) / p)))
-        base = p * f + q
-        over, under = y > high - base, y < low - base
+        gap = tilt[None, :] - tilt[:, None]
+        room = np.maximum(highest[None, :] - lowest[:, None], 0.0)
+        share = min(1.0, np.min(room[gap > room] / gap[gap > room], initial=1.0))
+        f = max(f, np.max(lowest - share * tilt, initial=-np.inf))
+        f = min(f, np.min(highest - share * tilt, initial=np.inf))
+        base = p * f + share * q
+        over, under = (y > 0.0) & (y > high - base), (y < 0.0) & (y < low - base)
         share = min(
             np.min(np.maximum(high - base[over], 0.0) / y[over], initial=1.0),
             np.min(np.minimum(low - base[under], 0.0) / y[under], initial=1.0),

@@ -10,26 +10,29 @@ from typing import TypeAlias
 
 from uavlab import so3
 from uavlab.plant.jit import kernel
+from uavlab.types import Array
 
 V: TypeAlias = tuple[float, float, float]
 M: TypeAlias = tuple[V, V, V]
+
+ZERO = (0.0, 0.0, 0.0)
 
 exp = kernel(so3.exp_rows)  # rotation vector [rad] → rotation (Rodrigues)
 
 
 @kernel
 def plus(a: V, k: float, b: V) -> V:
-    """a + k b."""
+    """The sum a + k b."""
     return (a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2])
 
 
 @kernel
-def mean4(a: V, b: V, c: V, d: V, k: V, last: float) -> V:
-    """The sum of a, b, c, d, weighted with k[0], k[1], k[2] and `last`."""
+def weighted(k: tuple[float, float, float, float], a: V, b: V, c: V, d: V) -> V:
+    """The sum k₀ a + k₁ b + k₂ c + k₃ d."""
     return (
-        k[0] * a[0] + k[1] * b[0] + k[2] * c[0] + last * d[0],
-        k[0] * a[1] + k[1] * b[1] + k[2] * c[1] + last * d[1],
-        k[0] * a[2] + k[1] * b[2] + k[2] * c[2] + last * d[2],
+        k[0] * a[0] + k[1] * b[0] + k[2] * c[0] + k[3] * d[0],
+        k[0] * a[1] + k[1] * b[1] + k[2] * c[1] + k[3] * d[1],
+        k[0] * a[2] + k[1] * b[2] + k[2] * c[2] + k[3] * d[2],
     )
 
 
@@ -68,13 +71,13 @@ def times(A: M, B: M) -> M:
 
 
 @kernel
-def vector(x):  # noqa: ANN001, ANN201  # type: ignore[no-untyped-def]
-    """Array (3,) → tuple."""
-    return (x[0], x[1], x[2])
+def three(x: Array, first: int) -> V:
+    """Three entries of an array, as a tuple."""
+    return (x[first], x[first + 1], x[first + 2])
 
 
 @kernel
-def matrix(A):  # noqa: ANN001, ANN201  # type: ignore[no-untyped-def]
+def matrix(A: Array) -> M:
     """Array (3, 3) → tuple of rows."""
     return (
         (A[0, 0], A[0, 1], A[0, 2]),
@@ -84,18 +87,18 @@ def matrix(A):  # noqa: ANN001, ANN201  # type: ignore[no-untyped-def]
 
 
 @kernel
+def column(A: M, j: int) -> V:
+    """Column j of A."""
+    return (A[0][j], A[1][j], A[2][j])
+
+
+@kernel
 def orthonormal(R: M) -> M:
-    """R (3 − Rᵀ R) / 2: one Newton step to the nearest rotation; takes away what rounding adds up."""
-    E = times((tuple3(R, 0), tuple3(R, 1), tuple3(R, 2)), R)
+    """R (3 − Rᵀ R) / 2, one Newton step to the nearest rotation: takes away what rounding adds up."""
+    E = times((column(R, 0), column(R, 1), column(R, 2)), R)
     half = (
         (1.5 - 0.5 * E[0][0], -0.5 * E[0][1], -0.5 * E[0][2]),
         (-0.5 * E[1][0], 1.5 - 0.5 * E[1][1], -0.5 * E[1][2]),
         (-0.5 * E[2][0], -0.5 * E[2][1], 1.5 - 0.5 * E[2][2]),
     )
     return times(R, half)
-
-
-@kernel
-def tuple3(A: M, j: int) -> V:
-    """Column j of A."""
-    return (A[0][j], A[1][j], A[2][j])

@@ -11,6 +11,8 @@ from uavlab.plant.airframe import Airframe
 from uavlab.so3 import check_rotation
 from uavlab.types import GRAVITY, Array, Mat3, State, Vec3
 
+SPEED = 21  # where the rotor speeds begin in the array that the compiled world writes
+
 
 class World(NamedTuple):
     """The truth at time `t`. Made by a plant's ``init`` and ``advance``; its arrays are never written to again."""
@@ -29,6 +31,22 @@ class World(NamedTuple):
     def state(self) -> State:
         """The rigid body alone."""
         return State(self.r, self.v, self.R, self.omega)
+
+
+def unpack(t: float, out: Array, contact: bool, impact: float) -> World:
+    """The world from the array (21 + n,) that the compiled world writes: r, v, R, ω, a, rotor speeds.
+
+    Parameters
+    ----------
+    t : float
+        [s].
+    out : Array
+        Shape (21 + n,). The world looks into it.
+    contact, impact : bool, float
+        As in `World`.
+    """
+    R = out[6:15].reshape(3, 3)
+    return World(t, out[0:3], out[3:6], R, out[15:18], out[SPEED:], out[18:SPEED], contact, impact)
 
 
 def thrusts(world: World, airframe: Airframe) -> Array:

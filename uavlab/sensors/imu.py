@@ -38,8 +38,8 @@ class ImuMemory(NamedTuple):
 class ImuSensor(NamedTuple):
     """Gyroscopes and accelerometers at the centre of mass, along the body axes.
 
-    Noise and bias are those of the MRS Gazebo simulation (mrs_uav_gazebo_simulation 5dc8b8b). Density times √rate is the
-    standard deviation of one sample. Rate and delay are ours.
+    Noise and bias are those of the MRS Gazebo simulation (mrs_uav_gazebo_simulation 5dc8b8b); rate and delay are ours.
+    Density times √rate is the standard deviation of one sample.
     """
 
     rate: float = 100.0  # [Hz]
