@@ -74,7 +74,8 @@ def build_airframe(
     angles : Array
         Of the rotors [rad], (n,), from body x, counter-clockwise.
     spins : Array
-        (n,) of ±1; see `allocation_matrix`.
+        (n,) of ±1. A rotor with spin +1 pushes the airframe counter-clockwise (torque +torque_ratio·thrust about
+        body z); seen from above it turns clockwise itself.
     torque_ratio : float
         Drag torque per thrust of a rotor [m].
     thrust_coefficient : float
@@ -99,6 +100,7 @@ def build_airframe(
     n = len(angles)
     if spins.shape != (n,) or not (np.abs(spins) == 1.0).all():
         raise BadInput(f"{name}: spins are {spins.tolist()}; one +1 or −1 for each of {n} angles.")
+    places = arm * np.stack((np.cos(angles), np.sin(angles)), axis=1)
     J = np.diag(inertia) if np.ndim(inertia) == 1 else np.asarray(inertia, dtype=float)
     span = (speed_max - speed_min) * np.sqrt(n * thrust_coefficient)
     if not span > 0.0:
@@ -115,7 +117,7 @@ def build_airframe(
         angles=angles,
         spins=spins,
         torque_ratio=float(torque_ratio),
-        allocation=allocation(angles, arm, torque_ratio, spins),
+        allocation=_allocation(places, torque_ratio * spins),
         thrust_coefficient=float(thrust_coefficient),
         speed_min=float(speed_min),
         speed_max=float(speed_max),
@@ -136,34 +138,12 @@ def build_airframe(
     return airframe
 
 
-def allocation(angles: Array, arm: float, torque_ratio: float, spins: Array) -> Array:
-    """Rotor thrusts → collective thrust and torque, for rotors that stand upright on a circle (Spica eq. 1).
+def _allocation(places: Array, yaw: Array) -> Array:
+    """Rotor thrusts → thrust and torque (4, n), for upright rotors at `places` (n, 2) [m] (Spica eq. 1).
 
-    A rotor at angle φ sits at arm (cos φ, sin φ, 0), so its thrust gives τ = (arm sin φ, −arm cos φ, spin c). A rotor
-    with spin +1 pushes the airframe counter-clockwise; it turns clockwise itself, seen from above.
-
-    Parameters
-    ----------
-    angles : Array
-        (n,) [rad], from body x, counter-clockwise.
-    arm : float
-        [m].
-    torque_ratio : float
-        c [m].
-    spins : Array
-        (n,) of ±1.
-
-    Returns
-    -------
-    Array
-        (4, n); rows f [1], τ_x, τ_y, τ_z [m], body.
+    A thrust f at (x, y) turns by (y f, −x f); `yaw` (n,) [m] is what each rotor's drag adds per thrust.
     """
-    return np.array([
-        np.ones(len(angles)),
-        arm * np.sin(angles),
-        -arm * np.cos(angles),
-        torque_ratio * np.asarray(spins),
-    ])  # fmt: skip
+    return np.stack((np.ones(len(yaw)), places[:, 1], -places[:, 0], yaw))
 
 
 def _check_flyable(airframe: Airframe) -> None:

@@ -12,10 +12,8 @@ from uavlab.errors import BadInput
 from uavlab.interfaces import asks
 from uavlab.plant.airframe import Airframe
 from uavlab.plant.compiled import STILL, CompiledPlant, inputs
-from uavlab.plant.world import World, first_world
-from uavlab.types import GRAVITY, Array, Command, Mat3, State, StateRate, Vec3
-
-_E3 = np.array((0.0, 0.0, 1.0))
+from uavlab.plant.world import World, first_world, total_force
+from uavlab.types import Array, Command, Mat3, State, StateRate, Vec3
 
 
 @final
@@ -72,7 +70,7 @@ class ReadablePlant:
             target = np.sqrt(thrust / a.thrust_coefficient)
             speed = self.motor_step(speed, target, a.motor_tau, h / 2)
             f, *tau = self.allocation @ (a.thrust_coefficient * speed**2)
-            if contact and self.force(state, f, wind)[2] > 0.0:
+            if contact and total_force(a, state, f, wind)[2] > 0.0:
                 contact = False  # thrust carries it: take-off
             if not contact:
                 state = self.step_body(state, f, np.array(tau), wind, h)
@@ -113,19 +111,10 @@ class ReadablePlant:
         )
         return np.clip(base + share * y, low, high)
 
-    def force(self, state: State, f: float, wind: Vec3) -> Vec3:
-        """All forces together [N], world: thrust, drag of the rotors (Bangura eq. 3) and of the body, gravity."""
-        a = self.airframe
-        air = state.v - wind
-        V_B = state.R.T @ air
-        k = a.drag_rotor * np.sqrt(a.m * max(f, 0.0))
-        rotors = state.R @ np.array((-k * V_B[0], -k * V_B[1], f))
-        return rotors - a.drag_body * np.linalg.norm(air) * air - a.m * GRAVITY * _E3
-
     def rate(self, state: State, f: float, tau: Vec3, wind: Vec3) -> StateRate:
         """Time derivative of the state under thrust f [N] and torque τ [N m]."""
         a = self.airframe
-        return self.rigid_body_rate(state, self.force(state, f, wind), tau, m=a.m, J=a.J)
+        return self.rigid_body_rate(state, total_force(a, state, f, wind), tau, m=a.m, J=a.J)
 
     def step_body(self, x: State, f: float, tau: Vec3, wind: Vec3, dt: float) -> State:
         """One step of `dt` [s]: Runge-Kutta 4 for r, v and ω, its commutator-free companion for R.

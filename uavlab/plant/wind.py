@@ -89,7 +89,7 @@ CALM = Wind()
 
 
 def low_altitude(mean: Vec3, height: float) -> Wind:
-    """The gusts that MIL-F-8785C gives for this wind at this height (3 to 300 m).
+    """The gusts that MIL-F-8785C gives for this wind at this height (10 to 1000 ft, 3 to 305 m).
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def low_altitude(mean: Vec3, height: float) -> Wind:
     BadInput
         The height is outside what the formula covers.
     """
-    if not 3.0 <= height <= 300.0:
-        raise BadInput(f"low_altitude: height is {height} m; MIL-F-8785C covers 3 to 300 m.")
+    if not 3.0 <= height <= 305.0:
+        raise BadInput(f"low_altitude: height is {height} m; MIL-F-8785C covers 3 to 305 m.")
     W = float(np.linalg.norm(vector(mean, "mean")))
     shape = 0.177 + 0.000823 * height / 0.3048
     side, up = 0.1 * W / shape**0.4, 0.1 * W

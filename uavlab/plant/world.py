@@ -60,7 +60,7 @@ def first_world(state: State, airframe: Airframe) -> World:
     Parameters
     ----------
     state : State
-        Where the aircraft is. At z = 0 it stands on the ground and must be at rest.
+        Where the aircraft is, in calm air. At z = 0 it stands on the ground and must be at rest.
     airframe : Airframe
         What it is.
 
@@ -83,7 +83,35 @@ def first_world(state: State, airframe: Airframe) -> World:
         )
     hover = np.linalg.pinv(airframe.allocation)[:, 0] * airframe.m * GRAVITY
     speed = np.zeros(airframe.n) if contact else np.sqrt(hover / airframe.thrust_coefficient)
-    return World(0.0, r, v, R, omega, speed, np.zeros(3), contact, 0.0)
+    world = World(0.0, r, v, R, omega, speed, np.zeros(3), contact, 0.0)
+    if contact:
+        return world
+    f = float(airframe.allocation[0] @ thrusts(world, airframe))
+    return world._replace(a=total_force(airframe, world.state, f, np.zeros(3)) / airframe.m)
+
+
+def total_force(airframe: Airframe, state: State, f: float, wind: Vec3) -> Vec3:
+    """All forces on the flying aircraft [N], world, (3,): thrust, drag of rotors and body, gravity.
+
+    Rotors drag across their axis with the root of thrust (Bangura eq. 3), the body with the square of airspeed.
+
+    Parameters
+    ----------
+    airframe : Airframe
+        What it is.
+    state : State
+        How it moves.
+    f : float
+        Collective thrust [N].
+    wind : Vec3
+        Velocity of the air [m/s], world, (3,).
+    """
+    a = airframe
+    air = state.v - wind
+    V_B = state.R.T @ air
+    k = a.drag_rotor * np.sqrt(a.m * max(f, 0.0))
+    rotors = state.R @ np.array((-k * V_B[0], -k * V_B[1], f))
+    return rotors - a.drag_body * np.linalg.norm(air) * air - np.array((0, 0, a.m * GRAVITY))
 
 
 def vector(x: object, name: str) -> Vec3:
