@@ -98,7 +98,9 @@ def _helpers(lab: Lab, text: str, tree: ast.Module, solution: Definition) -> lis
     owners = {name: node for node in tree.body for name in _binds(node)}
     for name in lab.exercises:
         owners.pop(name, None)
-    lines, found, todo = text.splitlines(), set(), [solution]
+    lines = text.splitlines()
+    found: set[ast.stmt] = set()
+    todo: list[ast.stmt] = [solution]
     while todo:
         node = todo.pop()
         code = textwrap.dedent("\n".join(lines[node.lineno - 1 : node.end_lineno]))

@@ -1,8 +1,8 @@
 """A lab as its author writes it: a MyST Markdown notebook, read into cells that know their line.
 
-Three kinds of cell are marked. ``%exercise NAME`` is where the answer and its check go; a text cell after ``+++ {"question":
-"id", "points": 2}`` is a question that a person grades; one after ``+++ {"rubric": "id"}`` is what the teacher looks for.
-Everything else is kept as it stands.
+Three kinds of cell are marked. ``%exercise NAME`` is where the answer and its check go. A text cell after
+``+++ {"question": "id", "points": 2}`` is a question that a person grades. One after ``+++ {"rubric": "id"}`` says what
+the teacher looks for. Everything else is kept as it stands.
 """
 
 from __future__ import annotations

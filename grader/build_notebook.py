@@ -48,7 +48,7 @@ def instructor_notebook(lab: Lab) -> nbformat.NotebookNode:
 def write_notebook(book: nbformat.NotebookNode) -> str:
     """A notebook as text that is the same for the same notebook."""
     nbformat.validate(book)
-    return nbformat.writes(book, version=4) + "\n"
+    return nbformat.writes(book) + "\n"
 
 
 def _exercise(exercise: Exercise, answer: str) -> Iterator[nbformat.NotebookNode]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
+import os
 import shutil
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -33,8 +35,7 @@ c.GenerateAssignment.preprocessors = [
     "nbgrader.preprocessors.ComputeChecksums",
     "nbgrader.preprocessors.SaveCells",
 ]
-if importlib.util.find_spec("grader.nbgrader_config"):  # TODO: always, when it is there
-    load_subconfig(importlib.util.find_spec("grader.nbgrader_config").origin)
+load_subconfig(importlib.util.find_spec("grader.nbgrader_config").origin)
 '''
 
 
@@ -101,13 +102,17 @@ def release(course: Path, assignment: str) -> Path:
 
 
 def _api(course: Path) -> Any:
-    """nbgrader's own programming interface, set up as its command line would be in `course`."""
+    """The programming interface of nbgrader, set up as its command line would be in `course`."""
     from nbgrader.apps import NbGraderAPI
     from nbgrader.coursedir import CourseDirectory
-    from traitlets.config import PyFileConfigLoader
+    from traitlets.config.loader import PyFileConfigLoader
 
     with contextlib.redirect_stderr(io.StringIO()):
         config = PyFileConfigLoader("nbgrader_config.py", path=str(course)).load_config()
+    # nbgrader looks for its `alembic` on the path, which need not lead to this environment.
+    here = str(Path(sys.executable).parent)
+    if here not in os.environ.get("PATH", "").split(os.pathsep):
+        os.environ["PATH"] = os.pathsep.join([here, os.environ.get("PATH", "")])
     logging.getLogger("traitlets").setLevel(logging.ERROR)
     return NbGraderAPI(coursedir=CourseDirectory(config=config), config=config)
 
