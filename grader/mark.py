@@ -1,0 +1,184 @@
+"""Mark one notebook: run its cells in the box, have every answer judged, and write down what is to be read.
+
+Knows nothing of nbgrader but its cell metadata and how it reads a score: the text of a cell's result is the points.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from grader import cache
+from grader.graft import METADATA, OWN, Cell, Notebook, is_answer, text
+from grader.judge import Verdict, judge
+from grader.magics import Translator
+from grader.remote import Remote, Step
+from grader.sandbox import Limits
+from uavlab.errors import BadInput
+from uavlab.exercises.spec import Exercise, find
+
+SEED = 20_261_101  # other than any that students see; a course sets its own
+SKIPPED = {"viz", "flight"}  # tags of cells that only draw or fly
+CHECK = "check-"
+
+
+class Options(NamedTuple):
+    """How a course is marked."""
+
+    seed: int = SEED
+    limits: Limits = Limits()
+    place: int = 0  # number among the submissions marked at the same time
+    cache: Path | None = None
+
+
+Mark = dict[str, Any]  # {"score": float, "text": str, "trouble": [str]}; what a check cell shows
+
+
+class Marks(NamedTuple):
+    """What marking a notebook found."""
+
+    checks: dict[str, Mark]  # by the check cell's grade id
+    faults: dict[str, str]  # by cell id: why it did not run through
+    seconds: float = 0.0  # of marking
+    cpu: float = 0.0  # [s] used in the box
+    kept: bool = True  # from before
+
+
+def mark(notebook: Notebook, options: Options) -> Marks:
+    """The marks of a grafted notebook, from the cache if it has been marked before.
+
+    Raises
+    ------
+    SandboxMissing
+        Student code cannot be isolated on this machine.
+    BadInput
+        A check cell asks for an exercise that does not exist.
+    """
+    wanted = {_grade_id(c): _exercise(c) for c in notebook["cells"] if is_check(c)}
+    steps = _steps(notebook)
+    readable = notebook["metadata"].get(METADATA, {}).get("readable", True)
+    name = cache.key(steps, list(wanted), readable, options.seed, options.limits)
+    kept = cache.load(options.cache, name)
+    if kept is not None:
+        return Marks(kept["checks"], kept["faults"])
+    began = time.monotonic()
+    if readable:
+        marks = _judge_all(notebook, steps, wanted, options)
+    else:
+        notes = notebook["metadata"][METADATA]["notes"]
+        marks = Marks({k: _nothing(x, notes) for k, x in wanted.items()}, {})
+    cache.save(options.cache, name, {"checks": marks.checks, "faults": marks.faults})
+    return marks._replace(seconds=time.monotonic() - began, kept=False)
+
+
+def is_check(cell: Cell) -> bool:
+    """Whether the judge gives this cell's points."""
+    nbgrader = cell.get("metadata", {}).get("nbgrader", {})
+    graded = nbgrader.get("grade") and not nbgrader.get("solution")
+    return bool(graded) and cell["cell_type"] == "code"
+
+
+def write(notebook: Notebook, marks: Marks) -> None:
+    """Put marks into the outputs of a notebook, as nbgrader reads them."""
+    for cell in notebook["cells"]:
+        if is_check(cell):
+            found = marks.checks[_grade_id(cell)]
+            points = float(cell["metadata"]["nbgrader"]["points"])
+            cell["outputs"] = [_stream(found["text"]), _result(found["score"], points)]
+            cell["execution_count"] = 1
+        elif cell["cell_type"] == "code" and cell.get("id") in marks.faults:
+            cell["outputs"] = [_stream(f"This cell {marks.faults[cell['id']]}.\n")]
+
+
+def _stream(said: str) -> dict[str, Any]:
+    return {"output_type": "stream", "name": "stdout", "text": said}
+
+
+def _result(score: float, points: float) -> dict[str, Any]:
+    safe = min(max(score, 0.0), points) if math.isfinite(score) else 0.0
+    data = {"text/plain": f"{safe:g}"}
+    return {"output_type": "execute_result", "execution_count": 1, "data": data, "metadata": {}}
+
+
+# What is run ----------------------------------------------------------------------------------------
+
+
+def _steps(notebook: Notebook) -> list[Step]:
+    translate = Translator().python
+    answers = [_grade_id(c).removeprefix(CHECK) for c in notebook["cells"] if is_check(c)]
+    uses = re.compile(rf"\b(?:{'|'.join(map(re.escape, answers)) or '(?!)'})\b")
+    steps = []
+    for place, cell in enumerate(notebook["cells"]):
+        if is_check(cell):
+            steps.append(Step(place, keep=_grade_id(cell).removeprefix(CHECK)))
+        elif cell["cell_type"] == "code" and (_is_students(cell) or not _is_show(cell, uses)):
+            steps.append(Step(place, source=translate(text(cell))))
+    return steps
+
+
+def _is_students(cell: Cell) -> bool:
+    return is_answer(cell) or str(cell.get("id")).startswith(OWN)
+
+
+def _is_show(cell: Cell, uses: re.Pattern[str]) -> bool:
+    """A cell of the lab that shows what answers do: an answer that hangs must not be waited for twice."""
+    return bool(SKIPPED & set(cell["metadata"].get("tags", [])) or uses.search(text(cell)))
+
+
+def _grade_id(cell: Cell) -> str:
+    return str(cell["metadata"]["nbgrader"]["grade_id"])
+
+
+def _exercise(cell: Cell) -> Exercise:
+    grade_id = _grade_id(cell)
+    if not grade_id.startswith(CHECK):
+        raise BadInput(f"the graded cell {grade_id!r} is not called {CHECK}<exercise>.")
+    return find(grade_id.removeprefix(CHECK))
+
+
+def _judge_all(
+    notebook: Notebook, steps: list[Step], wanted: dict[str, Exercise], options: Options
+) -> Marks:
+    cells = notebook["cells"]
+    with Remote(steps, options.limits, options.place) as remote:
+        stopped = {
+            str(cells[place].get("id")): why
+            for place, why in remote.faults.items()
+            if _is_students(cells[place])
+        }
+        checks = {}
+        for grade_id, exercise in wanted.items():
+            answer = remote.answer(exercise.name)
+            verdict = judge(exercise, answer, options.seed)
+            why = stopped.get(f"answer-{exercise.name}", "")
+            trouble = list(dict.fromkeys(map(str, answer.faults)))
+            said = report(verdict, fault=why, trouble=trouble)
+            checks[grade_id] = {"score": verdict.score, "text": said, "trouble": trouble}
+    return Marks(checks, stopped, cpu=remote.cpu)
+
+
+# What is read ---------------------------------------------------------------------------------------
+
+
+def report(verdict: Verdict, fault: str = "", trouble: Sequence[str] = ()) -> str:
+    """A verdict as lines for its student: the score, every check, and what to do."""
+    lines = [f"{verdict.exercise}: {verdict.score:g} of {verdict.points:g} points"]
+    if fault:
+        lines.append(f"  The answer cell {fault}.")
+    lines += [f"  While it was called: {why}." for why in trouble]
+    for result in verdict.results:
+        title = result.name.replace("_", " ")
+        lines.append(f"  ✓ {title}" if result.passed else f"  ✗ {title}: {result.sentence}")
+    if verdict.hint:
+        lines.append(f"  Hint: {verdict.hint}")
+    return "\n".join(lines) + "\n"
+
+
+def _nothing(exercise: Exercise, notes: list[str]) -> Mark:
+    said = "\n".join(f"  ✗ {note}" for note in notes)
+    line = f"{exercise.name}: 0 of {exercise.points:g} points\n{said}\n"
+    return {"score": 0.0, "text": line, "trouble": []}

@@ -1,0 +1,243 @@
+"""A submission's cells, run in a box, and its answers as callables that a judge can call.
+
+A hang, a crash or a broken protocol costs the cell or the call that it happened in: the worker is started again and
+the cells are replayed without the one that ended it. A budget of time bounds all of it.
+"""
+
+from __future__ import annotations
+
+import builtins
+import time
+from types import TracebackType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grader import protocol, sandbox
+from grader.channel import Channel, WorkerDied, WorkerLate
+from grader.protocol import ProtocolError
+from grader.sandbox import Limits
+from grader.worker import NAMES
+
+MAX_FAULTS = 2  # hangs or crashes of one answer; then it is not called again
+
+
+class Step(NamedTuple):
+    """One thing to do in order: run a cell, or keep the answer that its check cell asks for."""
+
+    cell: int
+    source: str = ""
+    keep: str = ""
+
+
+class Raised(Exception):
+    """The student's function raised something that is not one of the usual errors."""
+
+
+class ProcessEnded(Exception):
+    """The student's process ended during the call (exit, crash, out of memory)."""
+
+
+def _error(name: str) -> Exception:
+    """The exception of this name, without the student's text."""
+    import uavlab.errors
+
+    if name not in NAMES:
+        return Raised("an error of its own kind")
+    if name == "LinAlgError":
+        return np.linalg.LinAlgError("")
+    if name in ("CheckFailed", "UnknownName"):
+        return Raised(name)  # these would speak for the judge
+    kind = getattr(uavlab.errors, name, None) or getattr(builtins, name)
+    if not issubclass(kind, Exception) or issubclass(kind, StopIteration):
+        return Raised(name)  # SystemExit in the student's process is no exit of ours
+    return kind()
+
+
+class Answer:
+    """A student's function. Calling it calls the student's process; only plain data crosses."""
+
+    def __init__(self, remote: Remote, name: str) -> None:
+        self._remote, self.__name__ = remote, name
+        self.faults: list[TimeoutError | ProcessEnded] = []
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Call it; raises what `Remote.call` does."""
+        if len(self.faults) >= MAX_FAULTS:
+            raise type(self.faults[-1])("it is not called again")
+        try:
+            return self._remote.call(self.__name__, args, kwargs)
+        except (TimeoutError, ProcessEnded) as error:
+            self.faults.append(error)
+            raise
+
+
+class Remote:
+    """The student's side of one submission: cells that have run, answers that can be called.
+
+    Parameters
+    ----------
+    steps : list of Step
+        The code cells in order, and where an answer is kept.
+    limits : Limits
+        What the submission may use.
+    place : int
+        A number of its own among submissions graded at the same time.
+    """
+
+    def __init__(self, steps: list[Step], limits: Limits, place: int = 0) -> None:
+        self._steps, self._limits, self._place = steps, limits, place
+        self._channel: Channel | None = None
+        self._spent = 0.0  # [s] of the student's time
+        self.cpu = 0.0  # [s] used by the boxes that have ended
+        self._skipped: set[int] = set()
+        self.faults: dict[int, str] = {}  # cell → why it did not run through
+
+    def __enter__(self) -> Remote:
+        sandbox.demand()
+        self._start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._channel is not None:
+            self._channel.close()
+            self.cpu += self._channel.cpu
+
+    @property
+    def left(self) -> float:
+        """What is left of the submission's time [s]."""
+        return max(0.0, self._limits.submission - self._spent)
+
+    def answer(self, name: str) -> Answer:
+        """The student's function of this name, to be judged."""
+        return Answer(self, name)
+
+    def call(self, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        """Call one answer.
+
+        Raises
+        ------
+        TimeoutError
+            It took too long.
+        ProcessEnded
+            It ended its process, or broke the protocol.
+        Exception
+            What the student's function raised, by class, without text.
+        """
+        arrays: list[np.ndarray] = []
+        arguments = [
+            [protocol.encode(x, arrays) for x in args],
+            {k: protocol.encode(v, arrays) for k, v in kwargs.items()},
+        ]
+        message = {"op": "call", "function": name, "arguments": arguments}
+        try:
+            channel = self._ready()
+            reply = self._timed(channel, message, self._limits.call)
+            return _result(reply, arrays)
+        except WorkerLate:
+            raise TimeoutError(self._late(self._limits.call)) from None
+        except (WorkerDied, ProtocolError):
+            self._drop()
+            raise ProcessEnded(
+                "the process that ran it ended (an exit, a crash, or out of memory)"
+            ) from None
+
+    # Running the cells -------------------------------------------------------------------------------
+
+    def _ready(self) -> Channel:
+        if self.left <= 0:
+            raise WorkerLate
+        if self._channel is None:
+            self._start()
+        if self._channel is None:
+            raise WorkerLate
+        return self._channel
+
+    def _start(self) -> None:
+        """Bring a worker up and replay the cells; a cell that ends it is left out the next time."""
+        while self._channel is None and self.left > 0:
+            channel = Channel(self._limits, self._place)
+            if all(self._play(channel, step) for step in self._steps):
+                self._channel = channel
+
+    def _play(self, channel: Channel, step: Step) -> bool:
+        if step.cell in self._skipped:
+            return True
+        if step.keep:
+            message = {"op": "keep", "function": step.keep}
+        else:
+            message = {"op": "run", "cell": step.cell, "source": step.source}
+        try:
+            reply = self._timed(channel, message, self._limits.cell)
+        except WorkerLate:
+            self.faults[step.cell] = self._late(self._limits.cell)
+        except WorkerDied as error:
+            self.faults[step.cell] = f"ended the process that ran it ({error})"
+        else:
+            if "raised" in reply:
+                self.faults[step.cell] = _stopped(reply)
+            return True
+        self._skipped.add(step.cell)
+        return False
+
+    def _timed(self, channel: Channel, message: dict[str, Any], seconds: float) -> dict[str, Any]:
+        began = time.monotonic()
+        try:
+            return channel.ask(message, min(seconds, self.left))
+        except (WorkerLate, WorkerDied):
+            self._channel = None
+            self.cpu += channel.cpu
+            raise
+        finally:
+            self._spent += time.monotonic() - began
+
+    def _drop(self) -> None:
+        if self._channel is not None:
+            self._channel.end()
+            self.cpu += self._channel.cpu
+            self._channel = None
+
+    def _late(self, seconds: float) -> str:
+        if self.left <= 0:
+            return f"the {self._limits.submission:g} s that a submission may take are used up"
+        return f"no answer within {seconds:g} s"
+
+
+def _stopped(reply: dict[str, Any]) -> str:
+    name, line = reply["raised"], reply.get("line")
+    where = f" in line {line}" if type(line) is int and 0 < line < 10_000 else ""
+    return f"stopped with {name if name in NAMES else 'an error'}{where}"
+
+
+def _result(reply: dict[str, Any], arrays: list[np.ndarray]) -> Any:
+    """The value of a reply, after the changes that the call made to its arguments."""
+    changed = reply.get("changed", [])
+    if not isinstance(changed, list) or len(changed) > len(arrays):
+        raise ProtocolError("changes of no known kind")
+    for change in changed:
+        _write_back(change, arrays)
+    if "raised" in reply:
+        raise _error(reply["raised"] if isinstance(reply["raised"], str) else "")
+    if "odd" in reply:
+        return protocol.Odd()
+    return protocol.Decoder(widen=True).value(reply.get("value"))
+
+
+def _write_back(change: Any, arrays: list[np.ndarray]) -> None:
+    if not (isinstance(change, list) and len(change) == 2 and type(change[0]) is int):
+        raise ProtocolError("a change of no known kind")
+    index, data = change
+    if not 0 <= index < len(arrays):
+        raise ProtocolError("a change of an argument that is not there")
+    value = protocol.Decoder(widen=True).value(data)
+    target = arrays[index]
+    if not isinstance(value, np.ndarray) or value.shape != target.shape:
+        raise ProtocolError("a change of an argument's shape")
+    if not target.flags.writeable:
+        raise ValueError  # as it would be in one process
+    target[...] = value
