@@ -48,8 +48,10 @@ def build_book(out: Path = ROOT / "build" / "book", *, root: Path = ROOT) -> Pat
     labs = find_labs(root=root) if lab_paths(root) else []
     write_pages(stage, labs, root)
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
-    command += ["-d", str(out.with_name(out.name + "-doctrees")), str(stage), str(out)]
-    if subprocess.call(command):
+    doctrees = out.with_name(out.name + "-doctrees")
+    if subprocess.call([*command, "-d", str(doctrees), str(stage), str(out)]):
+        # Else the next run finds nothing changed, says nothing, and passes.
+        shutil.rmtree(doctrees, ignore_errors=True)
         raise BadFile(
             f"the book was not built; what Sphinx says above names file and line in {stage}."
         )

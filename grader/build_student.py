@@ -63,15 +63,16 @@ def jupyterlab(
         Else Jupyter takes a free one.
     """
     settings = home.resolve().parent / "jupyter"
-    _write(settings / "jupyter_server_config.json", _server(home, port))
+    page = "/lab/tree/" + notebook.resolve().relative_to(home.resolve()).as_posix()
+    _write(settings / "jupyter_server_config.json", _server(home, page, port))
     _write(settings / "labconfig" / "page_config.json", {"disabledExtensions": _disabled()})
-    command = [sys.executable, "-m", "jupyterlab", str(notebook.resolve())]
+    command = [sys.executable, "-m", "jupyterlab"]
     if not _can_show():
         command.append("--no-browser")
     return command, {"JUPYTER_CONFIG_DIR": str(settings)}
 
 
-def _server(home: Path, port: int | None) -> dict[str, Any]:
+def _server(home: Path, page: str, port: int | None) -> dict[str, Any]:
     server: dict[str, Any] = {
         "ip": "127.0.0.1",  # the token stays Jupyter's own, new at each start
         "root_dir": str(home.resolve()),
@@ -84,6 +85,7 @@ def _server(home: Path, port: int | None) -> dict[str, Any]:
         "ServerApp": server,
         # No request leaves this computer: no news, no updates, no extension catalogue.
         "LabApp": {
+            "default_url": page,  # also in the address that is printed for those without a screen
             "news_url": None,
             "check_for_updates_class": "jupyterlab.NeverCheckForUpdate",
             "extension_manager": "readonly",
