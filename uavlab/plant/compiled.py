@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import final
 
 import numpy as np
@@ -74,7 +75,7 @@ class CompiledPlant:
         out = np.empty(SPEED + self.airframe.n)
         contact, impact = self._advance(
             world.r, world.v, world.R, world.omega, world.speed, world.contact,
-            asked, self._numbers, self._allocation, self._mixer, dt, n, out,
+            asked, self._numbers, self._allocation, self._mixer, float(dt), n, out,
         )  # fmt: skip
         return unpack(world.t + dt, out, contact, impact)
 
@@ -83,10 +84,9 @@ def inputs(
     airframe: Airframe, world: World, command: Command, wind: Vec3, dt: float, n: int | None
 ) -> tuple[Array, int]:
     """Thrust, rates and wind in one array (7,), and the number of inner steps; checked, for kernels do not look."""
-    if n is None:
-        n = max(round(dt * RATE), 1)
-    if not (dt > 0.0 and n >= 1):
+    if not 0.0 < dt < inf or (n is not None and not 1 <= n < inf):
         raise BadInput(f"advance: dt is {dt} s and n is {n}; dt must be > 0 and n ≥ 1.")
+    n = max(round(dt * RATE), 1) if n is None else int(n)
     if len(world.speed) != airframe.n:
         raise BadInput(
             f"advance: the world has {len(world.speed)} rotors, {airframe.name} has {airframe.n}. "

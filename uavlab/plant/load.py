@@ -103,10 +103,8 @@ def _quantity(table: Mapping[str, Any], key: str, path: Path) -> Any:
     if entry["unit"] != rule.unit:
         raise BadInput(f"{where} is in {entry['unit']!r}; convert it to {rule.unit!r}.")
     value: Any = entry["value"]
-    many = value if isinstance(value, list) else [value]
-    if rule.length != 1 and (
-        not isinstance(value, list) or len(many) != (rule.length or len(many))
-    ):
+    many: list[Any] = value if isinstance(value, list) and rule.length != 1 else [value]
+    if rule.length != 1 and (value is not many or len(many) != (rule.length or len(many))):
         raise BadInput(f"{where} is {value!r}; a list of {rule.length or 'all rotors'} is needed.")
     for x in many:
         number = isinstance(x, int | float) and not isinstance(x, bool) and isfinite(x)
