@@ -33,6 +33,7 @@ class Options(NamedTuple):
     limits: Limits = Limits()
     place: int = 0  # number among the submissions marked at the same time
     cache: Path | None = None
+    again: bool = False  # mark anew what is in the cache
 
 
 Mark = dict[str, Any]  # {"score": float, "text": str, "trouble": [str]}; what a check cell shows
@@ -62,7 +63,7 @@ def mark(notebook: Notebook, options: Options) -> Marks:
     steps = _steps(notebook)
     readable = notebook["metadata"].get(METADATA, {}).get("readable", True)
     name = cache.key(steps, list(wanted), readable, options.seed, options.limits)
-    kept = cache.load(options.cache, name)
+    kept = None if options.again else cache.load(options.cache, name)
     if kept is not None:
         return Marks(kept["checks"], kept["faults"])
     began = time.monotonic()

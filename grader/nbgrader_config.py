@@ -1,7 +1,7 @@
 """nbgrader's configuration for our judge; a course's own nbgrader_config.py loads it after course_id and root.
 
-An instructor may set ``c.Judge.seed``, ``call_seconds``, ``cell_seconds``, ``submission_seconds``, ``memory_mb`` and
-``use_cache`` in the course's file.
+An instructor may set ``c.Judge.seed``, ``call_seconds``, ``cell_seconds``, ``submission_seconds`` and
+``memory_mb`` in the course's file.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ import nbformat
 from nbconvert.exporters import NotebookExporter
 from nbformat import NotebookNode
 from nbgrader.preprocessors import NbGraderPreprocessor
-from traitlets import Bool, Float, Integer
+from traitlets import Float, Integer
 
 from grader import cache, mark
 from grader.graft import graft_file
@@ -55,7 +55,6 @@ class Judge(NbGraderPreprocessor):
         Limits().submission, help="Time for all that a submission runs."
     ).tag(config=True)
     memory_mb = Integer(Limits().memory // 2**20, help="Memory of a submission.").tag(config=True)
-    use_cache = Bool(True, help="Keep marks by content, in .marks/ of the course.").tag(config=True)
 
     def options(self, course: Path) -> mark.Options:
         """How this course is marked."""
@@ -65,8 +64,7 @@ class Judge(NbGraderPreprocessor):
             submission=self.submission_seconds,
             memory=self.memory_mb * 2**20,
         )
-        folder = course / cache.FOLDER if self.use_cache else None
-        return mark.Options(seed=self.seed, limits=limits, cache=folder)
+        return mark.Options(seed=self.seed, limits=limits, cache=course / cache.FOLDER)
 
     def preprocess(self, nb: NotebookNode, resources: Any) -> tuple[NotebookNode, Any]:
         """Put verdicts into the outputs of the check cells.

@@ -1,0 +1,159 @@
+"""nbgrader as the shell, through its Python interface: one process for a whole class."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from nbgrader.api import Gradebook, MissingEntry
+from traitlets.config import Config
+
+from grader.coursework import CLEAN, Coursework
+from grader.mark import CHECK, Options
+
+
+class Row(NamedTuple):
+    """One student in the class table."""
+
+    student: str
+    scores: dict[str, tuple[float | None, float]]  # exercise or question → points, of how many
+    note: str = ""
+
+    @property
+    def total(self) -> float:
+        """The points so far."""
+        return sum(score or 0.0 for score, _ in self.scores.values())
+
+    @property
+    def most(self) -> float:
+        """The points there are."""
+        return sum(points for _, points in self.scores.values())
+
+    @property
+    def waiting(self) -> float:
+        """Points that a person has still to give."""
+        return sum(points for score, points in self.scores.values() if score is None)
+
+
+class Shell:
+    """nbgrader, configured as its own commands are in the course directory."""
+
+    def __init__(self, work: Coursework) -> None:
+        from nbgrader.coursedir import CourseDirectory
+        from traitlets.config.loader import PyFileConfigLoader
+
+        self.work = work
+        with _quiet():
+            self.config: Config = PyFileConfigLoader(
+                "nbgrader_config.py", path=str(work.root)
+            ).load_config()
+            self._coursedir = CourseDirectory(config=self.config, root=str(work.root))
+        self._coursedir.assignment_id = work.assignment
+
+    def options(self) -> Options:
+        """How the course's configuration wants it marked."""
+        from grader.preprocessor import Judge
+
+        return Judge(config=self.config).options(self.work.root)
+
+    def autograde(self) -> str:
+        """Grade every clean notebook that is not graded; returns what nbgrader complained of."""
+        from nbconvert.exporters import NotebookExporter
+        from nbgrader.converters import Autograde
+
+        config = Config(self.config)
+        config.Autograde.exporter_class = NotebookExporter  # these are grafted already
+        self._coursedir.submitted_directory = CLEAN
+        return self._run(Autograde(coursedir=self._coursedir, config=config))
+
+    def feedback(self) -> str:
+        """Write the feedback pages that are not there; returns what nbgrader complained of."""
+        from nbgrader.converters import GenerateFeedback
+
+        said = self._run(GenerateFeedback(coursedir=self._coursedir, config=self.config))
+        _offer_mathjax(self.work.root)
+        return said
+
+    def export(self) -> Path:
+        """Write grades.csv of the whole course."""
+        from nbgrader.plugins import CsvExportPlugin
+
+        path = self.work.root / "grades.csv"
+        with _quiet(), self._gradebook() as gradebook:
+            plugin = CsvExportPlugin(config=self.config)
+            plugin.to = str(path)
+            plugin.export(gradebook)
+        return path
+
+    def row(self, student: str, note: str = "") -> Row:
+        """What the gradebook says of a student's submission."""
+        with self._gradebook() as gradebook:
+            try:
+                submission = gradebook.find_submission(self.work.assignment, student)
+            except MissingEntry:
+                return Row(student, {}, note)
+            grades = [g for book in submission.notebooks for g in book.grades]
+            found = {g.name: (_score(g), float(g.max_score)) for g in grades}
+        order = self._cells()
+        scores = {x.removeprefix(CHECK): found[x] for x in order if x in found}
+        return Row(student, scores, note)
+
+    def _cells(self) -> list[str]:
+        cells = [c for book in self.work.released.values() for c in book["cells"]]
+        return [str(c["metadata"].get("nbgrader", {}).get("grade_id")) for c in cells]
+
+    def _gradebook(self) -> Any:
+        return Gradebook(self._coursedir.db_url, self._coursedir.course_id)
+
+    @staticmethod
+    def _run(converter: Any) -> str:
+        from nbgrader.converters import NbGraderException
+
+        with _quiet() as said:
+            handler = logging.StreamHandler(said)
+            handler.setLevel(logging.ERROR)
+            converter.log.addHandler(handler)
+            try:
+                converter.start()
+            except NbGraderException:
+                return said.getvalue().strip() or "nbgrader failed"
+            finally:
+                converter.log.removeHandler(handler)
+        return ""
+
+
+def _score(grade: Any) -> float | None:
+    """The points of a graded cell; None while a person has to give them."""
+    waiting = grade.needs_manual_grade or (grade.auto_score is None and grade.manual_score is None)
+    return None if waiting and grade.auto_score is None else float(grade.score)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[io.StringIO]:
+    """Keep nbgrader's chatter off the terminal."""
+    said = io.StringIO()
+    logger = logging.getLogger("traitlets")
+    level, propagate = logger.level, logger.propagate
+    logger.propagate = False
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            yield said
+    finally:
+        logger.setLevel(level)
+        logger.propagate = propagate
+
+
+def _offer_mathjax(root: Path) -> None:
+    """Let the feedback pages find MathJax on this machine (grader/templates/feedback)."""
+    import importlib.util
+
+    spec = importlib.util.find_spec("jupyter_server_mathjax")
+    link = root / "mathjax"
+    if spec is not None and spec.origin is not None and not link.exists():
+        with contextlib.suppress(OSError):
+            link.unlink(missing_ok=True)
+            link.symlink_to(Path(spec.origin).parent / "static", target_is_directory=True)
