@@ -52,9 +52,7 @@ def judge(exercise: Exercise, answer: Function, seed: int) -> Verdict:
     exercise : Exercise
         What was asked.
     answer : callable
-        What was answered. It may carry ``changed_inputs``, true once a call has changed its arguments: a proxy
-        must say so, from outside the sandbox it cannot be seen. Its exceptions may carry ``kind``, the name
-        of the class in the sandbox.
+        What was answered. A proxy must do to its arguments what the call in the sandbox did to them.
     seed : int
         From zero up. The same seed gives the same inputs, check by check.
 
@@ -101,7 +99,6 @@ class Watched:
         finally:
             if not _same(given, args) or not _same(tuple(named.values()), tuple(kwargs.values())):
                 self.changed = True
-            self.changed |= getattr(self.answer, "changed_inputs", False) is True
 
 
 def run(check: Check, answer: Function, rng: np.random.Generator, *, public: bool) -> Result:
@@ -113,7 +110,7 @@ def run(check: Check, answer: Function, rng: np.random.Generator, *, public: boo
     except CheckFailed:
         why = ""
     except Exception as error:
-        why = f" (Your code raised {_kind(error)}.)"
+        why = f" (Your code raised {_name(error)}.)"
     else:
         return Result(check.name, True, check.sentence, check.weight, public)
     return Result(check.name, False, check.sentence + why, check.weight, public)
@@ -169,10 +166,10 @@ def _purity(answer: Watched, results: list[Result]) -> Result:
     return Result(PURITY, earned and not answer.changed, PURITY_SENTENCE, PURITY_WEIGHT, False)
 
 
-def _kind(error: Exception) -> str:
+def _name(error: Exception) -> str:
     """Class name of an exception, if it is one: a student can call a class what they like."""
-    kind = getattr(error, "kind", None) or type(error).__name__
-    return kind if isinstance(kind, str) and kind.isidentifier() and len(kind) < 50 else "an error"
+    name = type(error).__name__
+    return name if name.isidentifier() and len(name) < 50 else "an error"
 
 
 def _copy(x: Any) -> Any:

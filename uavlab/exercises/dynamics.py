@@ -64,15 +64,15 @@ def rotation_follows_the_rate(f: Function, rng: np.random.Generator) -> None:
 
 @rigid_body_rate.check
 def spin_about_a_principal_axis(f: Function, rng: np.random.Generator) -> None:
-    """Twisted about an axis of symmetry, the body only turns faster about that same axis."""
+    """Twisted back about an axis of symmetry, the body only turns slower about that same axis."""
     for axis in np.eye(3):
         state, force, _, m, _ = draw.pushed(rng)
         moments = rng.uniform(0.01, 0.1, size=3)
         state = state._replace(omega=rng.uniform(1.0, 5.0) * axis)
-        torque = rng.uniform(0.1, 1.0) * moments * axis
+        torque = -rng.uniform(0.1, 1.0) * moments * axis
         rate = expect_state_rate(f(state, force, torque, m=m, J=np.diag(moments)))
         expect_close(np.cross(rate.omega_dot, axis), np.zeros(3), "omega_dot leaves the axis.")
-        expect(rate.omega_dot @ axis > 0.05, "omega_dot must have the sign of the torque.")
+        expect(rate.omega_dot @ axis < -0.05, "omega_dot must have the sign of the torque.")
 
 
 @exercise(points=3, reads="MRS eq. (2), Sec. 2")

@@ -1,0 +1,261 @@
+"""Wrong answers: known mistakes are called by their names, in whatever words; trivial answers earn nothing."""
+
+import numpy as np
+import pytest
+
+from grader import material
+from grader.judge import judge
+from uavlab.exercises import all_exercises, find
+from uavlab.solutions import dynamics, heading
+from uavlab.types import StateRate
+
+ALL = list(all_exercises())
+MUTANTS = [(x, m) for x in ALL for m in material.mutants(x)]
+each = pytest.mark.parametrize("x", ALL, ids=lambda x: x.name)
+each_mutant = pytest.mark.parametrize(
+    ("x", "known"), MUTANTS, ids=[f"{x.name}-{m.run.__name__}" for x, m in MUTANTS]
+)
+
+
+def reference(x):
+    return getattr({"dynamics": dynamics, "heading": heading}[x.stem], x.name)
+
+
+# Wrong answers ----------------------------------------------------------------------------------------
+
+
+def loses_points_and_earns_its_hint(x, known, seeds):
+    for seed in seeds:
+        verdict = judge(x, known.run, seed)
+        assert verdict.score < x.points
+        assert any(r.weight > 0 and not r.passed for r in verdict.results)
+        assert verdict.hint == known.hint
+
+
+@each_mutant
+def test_a_known_mistake_loses_points_and_earns_its_own_hint(x, known):
+    loses_points_and_earns_its_hint(x, known, range(1))
+
+
+@pytest.mark.slow
+@each_mutant
+def test_a_known_mistake_loses_points_and_earns_its_own_hint_for_ten_seeds(x, known):
+    loses_points_and_earns_its_hint(x, known, range(300, 310))
+
+
+def degrees_per_second(R, omega):
+    x_dot, y_dot = R[:2, 1] * omega[2] - R[:2, 2] * omega[1]
+    return 180.0 / np.pi * (R[0, 0] * y_dot - R[1, 0] * x_dot) / (R[0, 0] ** 2 + R[1, 0] ** 2)
+
+
+def no_cross_term(state, force, torque, *, m, J):
+    S = np.array([np.cross(row, state.omega) for row in state.R])
+    return state.v, force / m, S, np.linalg.inv(J) @ torque
+
+
+def lee_by_gram_schmidt(f_d, heading_d):
+    z = f_d / np.linalg.norm(f_d)
+    x = np.array((np.cos(heading_d), np.sin(heading_d), 0.0))
+    x = x - z * (z @ x)
+    x = x / np.linalg.norm(x)
+    return np.array([x, np.cross(z, x), z]).T
+
+
+def series_of_one_term(R, omega, dt):
+    x, y, z = np.asarray(omega) * dt
+    return R + np.stack(
+        (R[:, 1] * z - R[:, 2] * y, R[:, 2] * x - R[:, 0] * z, R[:, 0] * y - R[:, 1] * x), 1
+    )
+
+
+def heading_of_arcsin(R_o, heading):
+    now = np.arcsin(R_o[1, 0] / np.hypot(R_o[0, 0], R_o[1, 0]))
+    c, s = np.cos(heading - now), np.sin(heading - now)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ R_o
+
+
+def arctan_by_hand(R_o, heading):
+    turn = np.exp(1j * (heading - np.arctan(R_o[1, 0] / R_o[0, 0])))
+    flat = turn * (R_o[0] + 1j * R_o[1])
+    return np.vstack((flat.real, flat.imag, R_o[2]))
+
+
+def spica_s_construction(f_d, heading_d):
+    x = np.cross(np.array((-np.sin(heading_d), np.cos(heading_d), 0.0)), f_d)
+    y = np.cross(f_d, x)
+    return np.transpose([v / np.sqrt(v @ v) for v in (x, y, f_d)])
+
+
+def spins_forgotten(angles, arm, torque_ratio, spins):
+    columns = [(1.0, arm * np.sin(a), -arm * np.cos(a), torque_ratio) for a in angles]
+    return np.array(columns).T
+
+
+def inverse_of_a_wide_matrix(f, tau, allocation):
+    return np.linalg.solve(allocation, np.append(f, tau))
+
+
+def parabola(T, a_t, b_t):
+    return (T * T - 2.0 * T * b_t + b_t * b_t) / a_t**2
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "known"),
+    [
+        ("heading_rate", lambda R, omega: float(omega[-1]), "yaw_rate_taken"),
+        ("heading_rate", degrees_per_second, "in_degrees"),
+        (
+            "heading_rate",
+            lambda R, omega: (
+                -(R[2, 1] * omega[1] - R[2, 2] * omega[2]) / (R[0, 0] ** 2 + R[1, 0] ** 2)
+            ),
+            "pitch_part_subtracted",
+        ),
+        ("heading_rate", lambda R, omega: (R @ omega)[2], "vertical_part"),
+        ("rigid_body_rate", no_cross_term, "no_gyroscopic_term"),
+        ("step_on_so3", series_of_one_term, "euler"),
+        ("with_heading", arctan_by_hand, "arctan_for_atan2"),
+        ("attitude_with_heading", lee_by_gram_schmidt, "lee_instead"),
+        ("attitude_with_heading", spica_s_construction, "backwards_upside_down"),
+        ("allocation_matrix", spins_forgotten, "spins_ignored"),
+        ("rotor_thrusts", inverse_of_a_wide_matrix, "inverse_only"),
+        ("motor_step", lambda s, c, tau, dt: s - (s - c) * dt / tau, "euler_lag"),
+        ("throttle_from_force", lambda f, a, b: a * max(0, f) + b, "no_root"),
+        ("force_from_throttle", parabola, "other_branch"),
+        ("apparent_mass", lambda T, a, b, g: parabola(max(T, b), a, b), "weight_for_mass"),
+        (
+            "yaw_rate_from_heading_rate",
+            lambda R, rate: rate * np.hypot(R[0, 0], R[1, 0]) / R[2, 2],
+            "unit_shadow",
+        ),
+        ("parasitic_yaw_rate", lambda R, w: w[1] / R[2, 2] * R[2, 1], "sign_of_the_paper"),
+    ],
+    ids=lambda v: v if isinstance(v, str) else "",
+)
+def test_the_same_mistake_in_other_words_earns_the_same_hint(name, answer, known):
+    x = find(name)
+    hint = next(m.hint for m in material.mutants(x) if m.run.__name__ == known)
+    for seed in (5, 6):
+        assert judge(x, answer, seed).hint == hint
+
+
+def test_a_mistake_that_nobody_knows_earns_the_sentence_of_the_first_law_it_broke():
+    x = find("with_heading")
+    verdict = judge(x, heading_of_arcsin, 1)
+    first = next(r for r in verdict.results if not r.passed)
+    assert verdict.hint == first.sentence
+    assert 0.0 <= verdict.score < x.points
+
+
+def test_the_issue_s_own_example_is_called_by_its_name():
+    known = next(m for m in material.mutants(find("heading_rate")) if "tilted" in m.hint)
+    assert known.hint.startswith("The heading rate has the wrong sign when the aircraft is tilted")
+
+
+# Trivial answers --------------------------------------------------------------------------------------
+
+
+class Equal:
+    """Equal to everything, and as large, and as small."""
+
+    def __eq__(self, other):
+        return True
+
+    __lt__ = __gt__ = __le__ = __ge__ = __eq__
+    __hash__ = None
+
+    def __array__(self, dtype=None, copy=None):
+        return np.zeros(())
+
+
+class Liar(np.ndarray):
+    """Numbers that say they are right."""
+
+    def __eq__(self, other):
+        return True
+
+    def __array_function__(self, *args, **kwargs):
+        return True
+
+    def __array_ufunc__(self, *args, **kwargs):
+        return np.zeros(())
+
+
+def like(right, make):
+    """The shape of the right answer, filled with something else."""
+    if isinstance(right, tuple):
+        return StateRate(*(make(np.asarray(field)) for field in right))
+    return make(np.asarray(right))
+
+
+def same_always(value):
+    return lambda x: lambda *args, **kwargs: value
+
+
+def filled(make):
+    return lambda x: lambda *args, **kwargs: like(reference(x)(*args, **kwargs), make)
+
+
+def an_argument(index):
+    return lambda x: lambda *args, **kwargs: args[index % len(args)]
+
+
+def raising(kind):
+    def answer(*args, **kwargs):
+        raise kind("no")
+
+    return lambda x: answer
+
+
+TRIVIAL = {
+    "zeros": filled(lambda a: np.zeros(a.shape)),
+    "ones": filled(lambda a: np.ones(a.shape)),
+    "huge": filled(lambda a: np.full(a.shape, 1e300)),
+    "nan": filled(lambda a: np.full(a.shape, np.nan)),
+    "infinite": filled(lambda a: np.full(a.shape, np.inf)),
+    "liar": filled(lambda a: np.zeros(a.shape).view(Liar)),
+    "wrong shape": filled(lambda a: a[None]),
+    "as text": filled(lambda a: a.astype(str)),
+    "as objects": filled(lambda a: a.astype(object)),
+    "complex": filled(lambda a: a + 1j),
+    "identity": same_always(np.eye(3)),
+    "nothing": same_always(None),
+    "text": same_always("0.0"),
+    "zero": same_always(0.0),
+    "equal to everything": same_always(Equal()),
+    "the first argument": an_argument(0),
+    "the second argument": an_argument(1),
+    "the last argument": an_argument(-1),
+    "raises": raising(ValueError),
+    "raises what checks raise": raising(AssertionError),
+    "cannot be called so": lambda x: lambda: 0.0,
+}
+
+
+@each
+@pytest.mark.parametrize("kind", TRIVIAL)
+def test_a_trivial_answer_earns_nothing(x, kind):
+    verdict = judge(x, TRIVIAL[kind](x), 7)
+    assert verdict.score == 0.0, [r.name for r in verdict.results if r.passed and r.weight]
+    assert verdict.finished
+    assert verdict.hint
+
+
+@each
+def test_answers_learnt_from_the_public_checks_earn_nothing(x):
+    """What `check` of the student and the paper's examples ever asked, answered by heart."""
+    known = {}
+
+    def learn(*args, **kwargs):
+        known[repr((args, kwargs))] = said = reference(x)(*args, **kwargs)
+        return said
+
+    for item in x.checks:
+        for seed in range(5):
+            item.run(learn, np.random.default_rng(seed))
+    blank = next(iter(known.values()))
+
+    def by_heart(*args, **kwargs):
+        return known.get(repr((args, kwargs)), blank)
+
+    assert judge(x, by_heart, 11).score == 0.0
