@@ -65,7 +65,7 @@ def drawn_scale(flights: Mapping[str, Log]) -> float:
     low, high = bounds(flights)
     arm = float(next(iter(flights.values())).meta.get("arm") or 0.25)
     scale = 0.055 * float(np.linalg.norm(high - low)) / arm
-    return max(1.0, round(scale, 1))
+    return max(1.0, round(scale, 1 if scale < 10 else 0))
 
 
 def bounds(flights: Mapping[str, Log]) -> tuple[Vec3, Vec3]:
@@ -81,7 +81,8 @@ def frame_of(flights: Mapping[str, Log], least: float = 2.0) -> tuple[Vec3, Vec3
     """`bounds` with the ground in it, a margin, and no side shorter than `least` [m]."""
     low, high = bounds(flights)
     low = np.array([low[0], low[1], min(0.0, low[2])])
-    margin = np.maximum(0.08 * (high - low), (least - (high - low)) / 2).clip(0.05)
+    room = 0.06 * float(np.linalg.norm(high - low))  # an aircraft at the edge is inside
+    margin = np.maximum(room, (least - (high - low)) / 2)
     low, high = low - margin, high + margin
     if low[2] < 0.0 <= low[2] + margin[2] + 1e-9:  # the floor stays the floor
         high[2], low[2] = high[2] - low[2], 0.0

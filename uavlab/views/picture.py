@@ -28,8 +28,8 @@ def picture(logs: Log | Sequence[Log] | Mapping[str, Log], *, moments: int = 5) 
     """
     flights = cast(logs)
     with style.styled() as plt:
-        figure = plt.figure(figsize=(7, 4.6), layout="constrained")
-        at: Any = figure.add_subplot(projection="3d")
+        figure = plt.figure(figsize=(7, 4.6))
+        at: Any = figure.add_axes((0.0, 0.1, 0.96, 0.9), projection="3d")
         for k, (label, log) in enumerate(flights.items()):
             if len(log.t):
                 _flight(at, label, log, k)
@@ -65,10 +65,10 @@ def _aircraft(at: Any, log: Log, scale: float, moments: int) -> None:
             return (scale * points) @ log.R[i].T + log.r[i]
 
         for place in places:
-            at.plot(*told(np.array([np.zeros(3), place])).T, color="#333333", lw=1.5)
-            at.plot(*told(place + circle).T, color="#666666", lw=0.8)
+            at.plot(*told(np.array([np.zeros(3), place])).T, color="#333333", lw=1.5, clip_on=False)
+            at.plot(*told(place + circle).T, color="#666666", lw=0.8, clip_on=False)
         nose = np.array([np.zeros(3), [1.3 * np.linalg.norm(places[0]), 0, 0]])
-        at.plot(*told(nose).T, color=style.GHOST, lw=2)
+        at.plot(*told(nose).T, color=style.GHOST, lw=2, clip_on=False)
 
 
 def _room(at: Any, flights: Mapping[str, Log]) -> None:
@@ -78,8 +78,9 @@ def _room(at: Any, flights: Mapping[str, Log]) -> None:
     at.set_xlim(low[0], high[0])
     at.set_ylim(low[1], high[1])
     at.set_zlim(low[2], high[2])
-    at.set_box_aspect(high - low, zoom=1.3)
+    at.set_box_aspect(high - low, zoom=1.15)
     at.view_init(elev=24, azim=-60)
-    at.locator_params(nbins=5)
+    for axis, side in zip("xyz", high - low, strict=True):
+        at.locator_params(axis=axis, nbins=max(2, round(6 * side / max(high - low))))
     for axis in (at.xaxis, at.yaxis, at.zaxis):
         axis.set_pane_color((1, 1, 1, 0))

@@ -150,8 +150,8 @@ def add_shadow(scene: Scene, at: str, log: Log, key: Keys, floor: float, size: f
     )
 
 
-def add_light_and_camera(scene: Scene, low: Vec3, high: Vec3) -> None:
-    """A bright room, and a camera that sees all of it."""
+def add_light_and_camera(scene: Scene, low: Vec3, high: Vec3) -> list[float]:
+    """A bright room, and a camera that sees all of it; what it should look at is returned, in y-up axes."""
     scene.set("Background", "top_color", [0.72, 0.83, 0.94])
     scene.set("Background", "bottom_color", [0.97, 0.97, 0.95])
     for node in ("Grid", "Axes", "Lights/PointLightNegativeX", "Lights/PointLightPositiveX"):
@@ -160,7 +160,7 @@ def add_light_and_camera(scene: Scene, low: Vec3, high: Vec3) -> None:
     scene.set("Lights/FillLight/<object>", "position", [-4.0, -6.0, 9.0])
     scene.set("Lights/FillLight/<object>", "intensity", 0.5)
     centre, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    away = 1.9 * radius * np.array([0.45, -0.78, 0.46])
+    eye = centre + 1.8 * radius * np.array([0.45, -0.78, 0.46])
     scene.place(
         "Cameras/default", (*centre[:2], centre[2] + 0.22 * radius)
     )  # room above for the caption
@@ -168,8 +168,13 @@ def add_light_and_camera(scene: Scene, low: Vec3, high: Vec3) -> None:
     scene.set(camera, "fov", 45.0)
     scene.set(camera, "near", radius / 200)
     scene.set(camera, "far", 60 * radius)
-    # The node "rotated" turns the viewer's y-up camera into our z-up world.
-    scene.set(camera, "position", [away[0], away[2], -away[1]])
+    scene.set(camera, "position", y_up(eye))
+    return y_up(centre)
+
+
+def y_up(r: Vec3) -> list[float]:
+    """A point of our z-up world (3,) [m] in the viewer's own y-up world, in which its camera lives."""
+    return [float(r[0]), float(r[2]), -float(r[1])]
 
 
 def _stick(

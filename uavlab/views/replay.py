@@ -98,9 +98,9 @@ def _block(flights: dict[str, Log], target: Target | None, thrusts: bool) -> byt
     low, high = frame_of(flights)
     size = drawn_scale(flights)
     radius = float(np.linalg.norm(high - low)) * 0.0022
-    props.add_light_and_camera(scene, low, high)
+    centre = props.add_light_and_camera(scene, low, high)
     step = props.add_ground(scene, low, high)
-    page: dict[str, Any] = {"flights": [], "legend": []}
+    page: dict[str, Any] = {"flights": [], "legend": [], "centre": centre}
     for k, (label, log) in enumerate(flights.items()):
         if not len(log.t):
             continue
@@ -180,10 +180,11 @@ def _node(label: str, k: int) -> str:
 def _caption(label: str, log: Log, key: Any, color: str, node: str) -> dict[str, Any]:
     """What the page says of one flight, and the numbers that run along."""
     error = heading_error(log)[key.rows]
+    known = 1.0 if log.meta.get("position", True) else np.nan  # a made-up height is not shown
     columns = {
         "t": key.t,
         "speed": np.linalg.norm(log.v[key.rows], axis=1),
-        "height": log.r[key.rows, 2],
+        "height": known * log.r[key.rows, 2],
         "tilt": np.rad2deg(tilt(log)[key.rows]),
         "heading": np.rad2deg(headings(log)[key.rows]),
         "error": np.rad2deg(error),
