@@ -84,7 +84,7 @@ def filled(notebook: dict[str, Any], answers: dict[str, str]) -> bytes:
         name = cell["id"].removeprefix("answer-")
         if cell["id"].startswith("answer-") and name in answers:
             cell["source"] = answers[name].strip() + "\n"
-        elif cell["id"].startswith("question-") and "YOUR ANSWER HERE" in text(cell):
+        elif cell["id"].startswith("question-") and "Write your answer here" in text(cell):
             cell["source"] = "Because the two are not the same angle once the aircraft tilts."
     return json.dumps(notebook, indent=1).encode()
 
