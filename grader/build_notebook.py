@@ -83,7 +83,10 @@ def _question(cell: Cell, rubric: str) -> Iterator[nbformat.NotebookNode]:
 
 def _plain(cell: Cell, cell_id: str) -> nbformat.NotebookNode:
     new = new_markdown_cell if cell.kind == "text" else new_code_cell
-    return new(cell.source, id=cell_id, metadata={"tags": list(cell.tags)} if cell.tags else {})
+    metadata: dict[str, Any] = {"tags": list(cell.tags)} if cell.tags else {}
+    if "hide-input" in cell.tags:  # the book folds by tag, JupyterLab by this
+        metadata["jupyter"] = {"source_hidden": True}
+    return new(cell.source, id=cell_id, metadata=metadata)
 
 
 def _graded(
