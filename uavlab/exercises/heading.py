@@ -8,9 +8,9 @@ from uavlab import so3
 from uavlab.exercises import draw
 from uavlab.exercises.expect import (
     expect_heading,
+    expect_heading_rate,
     expect_rotation,
     expect_thrust_axis,
-    heading_slope,
 )
 from uavlab.exercises.spec import Function, exercise, expect, expect_close, numbers
 from uavlab.types import Mat3, Vec3
@@ -54,7 +54,7 @@ def derivative_of_the_heading(f: Function, rng: np.random.Generator) -> None:
     """The heading rate must be the derivative of the heading, also while the aircraft is tilted."""
     for _ in range(4):
         R, omega = draw.tilted(rng, 0.3, 1.0), draw.vector(rng, 2.0)
-        expect_close(f(R, omega), heading_slope(R, omega), atol=1e-6)
+        expect_heading_rate(f(R, omega), R, omega, atol=1e-6)
 
 
 @exercise(points=3, reads="MRS eq. (12)-(14), Sec. 3.3")
@@ -225,7 +225,7 @@ def alone_it_turns_the_heading(f: Function, rng: np.random.Generator) -> None:
     for _ in range(4):
         R, rate = draw.tilted(rng, 0.3, 1.0), draw.pace(rng)
         yaw = numbers(f(R, rate), ())
-        expect_close(heading_slope(R, np.array((0.0, 0.0, yaw))), rate, atol=1e-6)
+        expect_heading_rate(rate, R, np.array((0.0, 0.0, yaw)), atol=1e-6)
 
 
 @exercise(points=3, reads="MRS Sec. 5.3, Sec. 3.4")
@@ -258,4 +258,4 @@ def the_heading_stands_still(f: Function, rng: np.random.Generator) -> None:
     for _ in range(4):
         R, omega = draw.tilted(rng, 0.3, 1.0), draw.vector(rng, 2.0)
         yaw = numbers(f(R, omega), ())
-        expect_close(heading_slope(R, np.array((omega[0], omega[1], yaw))), 0.0, atol=1e-6)
+        expect_heading_rate(0.0, R, np.array((omega[0], omega[1], yaw)), atol=1e-6)
