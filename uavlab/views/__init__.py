@@ -4,7 +4,7 @@ Both are imported when something is drawn, not before.
 """
 
 from uavlab.views.picture import picture
-from uavlab.views.plots import plot_compare, plot_flight, plot_heading, plot_path
+from uavlab.views.plots import plot_compare, plot_flight, plot_heading, plot_path, save
 from uavlab.views.replay import Target, replay
 from uavlab.views.show import Shown, show
 
@@ -17,5 +17,6 @@ __all__ = [
     "plot_heading",
     "plot_path",
     "replay",
+    "save",
     "show",
 ]

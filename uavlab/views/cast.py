@@ -49,7 +49,8 @@ def rotor_places(log: Log) -> tuple[Array, Array, float]:
     Returns
     -------
     tuple
-        Places (n, 3) [m] in the body, spins (n,) [+1 counter-clockwise, seen from above], radius [m].
+        Places (n, 3) [m] in the body; spins (n,), +1 for a rotor that turns clockwise, seen from above (its drag
+        pushes the airframe counter-clockwise, as in `uavlab.plant.Airframe`); radius [m].
     """
     angles = np.asarray(log.meta.get("angles") or QUAD_X, dtype=float)
     n = len(angles)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,6 +46,17 @@ def plot_flight(log: Log) -> Figure:
             at.set_xlabel("time [s]")
         style.stamp(figure, style.small_print(log))
     return figure
+
+
+def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 110) -> Path:
+    """Write a figure as a picture, whole or not at all, and close it."""
+    import matplotlib.pyplot as plt
+
+    path = Path(path)
+    part = path.with_name(f"{path.stem}.part{path.suffix}")
+    figure.savefig(part, dpi=dpi)
+    plt.close(figure)
+    return part.replace(path)
 
 
 def plot_heading(log: Log) -> Figure:

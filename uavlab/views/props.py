@@ -49,7 +49,7 @@ def add_aircraft(scene: Scene, at: str, log: Log, scale: float, ghost: str | Non
     for k, (place, spin) in enumerate(zip(places, spins, strict=True)):
         up = np.array([0, 0, 0.06 * arm])
         disc = np.array([0, 0, 0.02 * arm])
-        color = CCW if spin > 0 else CW
+        color = CW if spin > 0 else CCW
         _stick(scene, f"{at}/arm{k}", np.zeros(3), place, 0.035 * arm, 0.03 * arm, paint("#39424E"))
         _stick(scene, f"{at}/motor{k}", place, place + up, 0.07 * arm, 0.07 * arm, paint("#222222"))
         _stick(

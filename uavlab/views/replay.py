@@ -211,7 +211,7 @@ def _legend(
 ) -> list[list[str]]:
     first = next(iter(flights.values()))
     rows = [
-        ["#3B7DD8", "rotor spins counter-clockwise"],
+        ["#3B7DD8", "rotor turns counter-clockwise"],
         ["#E0902F", "clockwise"],
         ["#D0342C", "nose"],
     ]

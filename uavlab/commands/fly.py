@@ -1,0 +1,120 @@
+"""Fly a scenario: numbers on the screen; log, replay and plots in a folder.
+
+The minds are the stand-ins that come with uavlab. Exit code 1 means that the flight ended badly.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from uavlab.errors import BadInput
+
+NAME = "fly"
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """The arguments."""
+    parser.add_argument("scenario", metavar="NAME", help="a scenario of `uavlab list`")
+    for flag, kind, letter, said in (
+        ("--airframe", str, "A", "another airframe, or the path of a .toml"),
+        ("--seed", int, "N", "of gusts and sensors (0)"),
+        (
+            "--wind",
+            float,
+            "X",
+            "mean wind towards x [m/s], with the gusts of MIL-F-8785C at 5 m height",
+        ),
+        ("--duration", float, "T", "simulated time [s]"),
+        ("--out", Path, "DIR", "where to write (flights/NAME-AIRFRAME-seedN)"),
+    ):
+        parser.add_argument(flag, type=kind, metavar=letter, help=said)
+    parser.set_defaults(seed=0)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly, print, write."""
+    scenario = asked(args)
+    out = (
+        args.out
+        or Path("flights") / f"{scenario.name}-{Path(scenario.airframe).stem}-seed{args.seed}"
+    )
+    log = _flown(scenario, args.seed)
+    _print(log)
+    _write(log, out)
+    return 0 if log.exit.name == "DONE" else 1
+
+
+def _stem(args: argparse.Namespace, scenario: Any) -> str:
+    """A folder's name that tells this flight from others."""
+    wind = "" if args.wind is None else f"-wind{args.wind:g}"
+    return f"{scenario.name}-{Path(scenario.airframe).stem}{wind}-seed{args.seed}"
+
+
+def asked(args: argparse.Namespace) -> Any:
+    """The scenario that the arguments describe, checked before anything flies."""
+    import numpy as np
+
+    from uavlab import scenarios
+    from uavlab.flight.scenario import checked
+    from uavlab.plant import load_airframe
+
+    scenario = scenarios.load(args.scenario)
+    if args.seed < 0:
+        raise BadInput(f"--seed is {args.seed}; it must be 0 or more.")
+    if args.airframe is not None:
+        scenario = scenario._replace(airframe=args.airframe)
+    load_airframe(scenario.airframe)
+    if args.duration is not None:
+        scenario = scenario._replace(duration=args.duration)
+    if args.wind is not None:
+        if not abs(args.wind) <= 30.0:
+            raise BadInput(f"--wind is {args.wind} m/s; it must lie between −30 and 30.")
+        from uavlab.plant.wind import low_altitude
+
+        scenario = scenario._replace(wind=low_altitude(np.array([args.wind, 0.0, 0.0]), 5.0))
+    return checked(scenario)
+
+
+def _flown(scenario: Any, seed: int) -> Any:
+    """The flight, with a bar on a terminal."""
+    from tqdm import tqdm
+
+    from uavlab.flight.fly import fly
+
+    shape = "{l_bar}{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]"
+    with tqdm(total=scenario.duration, desc=scenario.name, disable=None, bar_format=shape) as bar:
+
+        def advance(t: float, _end: float) -> None:
+            bar.update(t - bar.n)
+
+        return fly(scenario, seed=seed, progress=advance)
+
+
+def _print(log: Any) -> None:
+    from uavlab.commands.list_ import print_rows
+    from uavlab.flight.metrics import summary
+    from uavlab.views.style import ending, provenance, title
+
+    print(title(log))
+    print(ending(log))
+    print_rows([(name, f"{value:10.3f}") for name, value in summary(log).items()])
+    print(f"flown by {provenance(log)}")
+
+
+def _write(log: Any, out: Path) -> None:
+    from uavlab import views
+    from uavlab.commands import outputs
+
+    with outputs.folder(out) as part:
+        log.save(part / "log.npz")
+        views.save(views.plot_flight(log), part / "flight.png")
+        views.save(views.plot_path(log), part / "path.png")
+        if len(log.t):
+            views.save(views.picture(log), part / "replay.png")
+            views.replay(log, part / "replay.html")
+        written = sorted(file.name for file in part.iterdir())
+    for name in written:
+        if name != "meshcat.js":
+            print(out / name)
