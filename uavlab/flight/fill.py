@@ -108,7 +108,7 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
     provenance: dict[str, str] = {}
     for given in parts:
         wants_mass = isinstance(given, type) and any(f.name == "mass" for f in fields(given))
-        told = {"mass": mass} if wants_mass else {}
+        told: dict[str, Any] = {"mass": mass} if wants_mass else {}
         filled = fill(given, mine, **told) if isinstance(given, type) else given
         if not isinstance(filled, Filled):
             filled = Filled(filled, {type(filled).__name__: MINE})

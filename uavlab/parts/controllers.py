@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import atan2, sqrt
+from math import atan2, exp, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -37,15 +37,19 @@ def fading(memory: Handover, command: Command, dt: float, tau: float) -> tuple[H
         Tick and time constant [s] with which the difference fades.
     """
     if memory.last is not None:
-        rest = Command(*(a - b for a, b in zip(memory.last, command, strict=True)))
+        rest = _sum(memory.last, command, -1.0)
     elif memory.rest is not None:
-        keep = np.exp(-dt / tau)
-        rest = Command(*(keep * x for x in memory.rest))
+        rest = _sum(memory.rest, memory.rest, exp(-dt / tau) - 1.0)
     else:
         return memory, command
     if abs(rest.f_d) < 1e-9 and max(np.abs(rest.omega_d).max(), np.abs(rest.a_d).max()) < 1e-9:
         return Handover(None, None), command
-    return Handover(None, rest), Command(*(a + b for a, b in zip(command, rest, strict=True)))
+    return Handover(None, rest), _sum(command, rest, 1.0)
+
+
+def _sum(a: Command, b: Command, k: float) -> Command:
+    """Commands added field by field, the second taken `k` times."""
+    return Command(a.f_d + k * b.f_d, a.omega_d + k * b.omega_d, a.a_d + k * b.a_d)
 
 
 class Gains(NamedTuple):
