@@ -68,9 +68,9 @@ build/bench/.ready: .venv/.ready benchmarks/requirements.lock
 	@touch $@
 
 lock:  ## resolve the dependencies again into requirements.lock and benchmarks/requirements.lock
-	uv pip compile -q --universal --generate-hashes --no-emit-index-url --no-annotate --no-header \
+	$(BIN)/uv pip compile -q --universal --generate-hashes --no-emit-index-url --no-annotate --no-header \
 	  --group grader --group test --group check --group book --group lab pyproject.toml -o requirements.lock
-	uv pip compile -q --universal --generate-hashes --no-emit-index-url --no-annotate --no-header \
+	$(BIN)/uv pip compile -q --universal --generate-hashes --no-emit-index-url --no-annotate --no-header \
 	  -c requirements.lock --group bench pyproject.toml -o benchmarks/requirements.lock
 
 golden: setup  ## write the golden flights anew; read the difference
