@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from uavlab.so3 import exp
+from uavlab.so3 import about_z, exp
 from uavlab.types import Mat3, State, StateRate, Vec3
 
 CANARY = "canary-44547d215bbbd8975cfedb58"
@@ -31,6 +31,28 @@ def wave(rng: np.random.Generator, size: float) -> Callable[[float], float]:
         rng.uniform(0.0, 6.0),
     )
     return lambda t: float(amplitude * np.sin(pace * t + phase))
+
+
+class Swing:
+    """A wild flight whose thrust axis leans 20 to 60 degrees, so that the heading is defined all along."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.pace, self.phase = rng.uniform(4.0, 7.0), rng.uniform(0.0, 6.0)
+        self.start, self.round = (
+            rng.uniform(0.0, 6.0),
+            rng.uniform(1.0, 2.0) * rng.choice((-1.0, 1.0)),
+        )
+        self.R = self._lean(0.0) @ about_z(rng.uniform(0.0, 6.0))  # where it begins
+
+    def _lean(self, t: float) -> Mat3:
+        lean = np.radians(40.0 + 20.0 * np.sin(self.pace * t + self.phase))
+        return about_z(self.start + self.round * t) @ exp(np.array((0.0, lean, 0.0)))
+
+    def rate(self, t: float, R: Mat3) -> Vec3:
+        """Angular velocity [rad/s], body, without yaw, that keeps the thrust axis of `R` on its way."""
+        h = 1e-4
+        velocity = (self._lean(t + h)[:, 2] - self._lean(t - h)[:, 2]) / (2.0 * h)
+        return R.T @ np.cross(self._lean(t)[:, 2], velocity)
 
 
 def runge_kutta(rate: Callable[[State], StateRate], x: State, dt: float) -> State:

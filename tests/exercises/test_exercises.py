@@ -138,7 +138,7 @@ def test_a_check_without_feedback_is_refused():
 @pytest.mark.parametrize(
     "said",
     [None, "0.0", 1j, [1.0, [2.0]], {"x": 1.0}, np.array([None]), np.array("1.0"), object(), True],
-    ids=repr,
+    ids=lambda x: type(x).__name__,
 )
 def test_what_is_not_a_number_is_not_taken_for_one(said):
     with pytest.raises(WrongForm, match="One number is asked for"):
