@@ -180,6 +180,35 @@ def test_without_its_viewer_the_page_says_what_is_missing(pages, tmp_path):
 
 
 @pytest.mark.lab
+def test_a_page_that_stands_alone_runs_in_the_sandbox_of_a_notebook_server(pages, tmp_path):
+    replay(circle_log(1.0), tmp_path / "alone.html", alone=True)
+    (tmp_path / "notebook.html").write_text(
+        '<iframe src="alone.html" width="700" height="400" sandbox="allow-scripts"></iframe>'
+    )
+    with served(tmp_path) as here, pages.browser.new_page() as page:
+        watch(page)
+        page.goto(f"{here}/notebook.html")
+        page.frames[1].wait_for_function("window.replay")
+        page.wait_for_timeout(500)
+        assert colours(screenshot(page)[120:360]) > GOOD_FRAME
+        assert not [r for r in page.requests if "meshcat" in r]
+
+
+@pytest.mark.lab
+def test_follow_keeps_the_aircraft_in_the_middle_and_the_eye_at_its_distance(pages):
+    with pages("whole", "#t=1") as page:
+        gap = "replay.viewer.camera.position.distanceTo(replay.viewer.controls.target)"
+        before = page.evaluate(gap)
+        page.check("#follow")
+        page.evaluate("replay.seek(3)")
+        x, y, z = page.evaluate("replay.object('uavlab/flown/aircraft').position.toArray()")
+        np.testing.assert_allclose(
+            page.evaluate("replay.viewer.controls.target.toArray()"), [x, z, -y], atol=1e-6
+        )
+        assert page.evaluate(gap) == pytest.approx(before, rel=1e-6)
+
+
+@pytest.mark.lab
 def test_a_name_with_markup_is_shown_as_text_and_never_run(pages, tmp_path):
     evil = "<img src=x onerror=window.hit=1></script><script>window.hit=1</script>"
     log = circle_log(1.0, scenario=evil, provenance={evil: evil}, note=evil)
@@ -244,4 +273,5 @@ def test_a_notebook_gets_a_frame_by_relative_path_and_a_picture(tmp_path, monkey
     assert address.startswith("replays/circle-")
     assert (tmp_path / address).exists()
     assert (tmp_path / address).with_suffix(".png").read_bytes() == shown.png
+    assert [p.suffix for p in (tmp_path / "replays").iterdir() if p.suffix == ".js"] == []
     assert text.index("<iframe") < text.index("data:image/png;base64,")

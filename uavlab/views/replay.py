@@ -1,7 +1,7 @@
 """The replay: a flight in 3D, in one small page that needs no server and no network.
 
-The scene is made of meshcat's own messages; the page hands them to meshcat's viewer, whose JavaScript lies once
-beside all replays of a folder (`meshcat.js`), and drives its animation with a bar of its own.
+The scene is made of meshcat's own messages; the page hands them to meshcat's viewer and drives its animation with a bar
+of its own. The viewer's JavaScript lies once beside all replays of a folder (`meshcat.js`), or packed inside the page.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import html
 import json
 import os
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -29,6 +30,7 @@ from uavlab.views.cast import cast, drawn_scale, frame_of
 Logs = Log | Sequence[Log] | Mapping[str, Log]
 RATE = 25.0  # [Hz] of key frames; less on long flights
 MOST_KEYS = 900
+_BESIDE = '<script src="meshcat.js"></script>'
 
 
 class Target(NamedTuple):
@@ -42,7 +44,7 @@ class Target(NamedTuple):
 def replay(
     logs: Logs, path: str | os.PathLike[str] | None = None, *,
     folder: str | os.PathLike[str] = "replays",
-    target: Target | None = None, thrusts: bool = True,
+    target: Target | None = None, thrusts: bool = True, alone: bool = False,
 ) -> Path:  # fmt: skip
     """Write the replay of one or several flights as a page.
 
@@ -58,6 +60,8 @@ def replay(
         A moving frame to show.
     thrusts : bool
         Draw the thrust of each rotor.
+    alone : bool
+        Pack the viewer into the page (300 kB more) instead of beside it.
 
     Returns
     -------
@@ -77,9 +81,11 @@ def replay(
     page = Path(path) if path is not None else Path(folder) / f"{_stem(first, block)}.html"
     text = (files("uavlab.views") / "replay.html").read_text(encoding="utf-8")
     text = text.replace("{{title}}", html.escape(style.title(first)))
+    text = text.replace("{{viewer}}", _viewer_inside() if alone else _BESIDE)
     text = text.replace("{{scene}}", base64.b64encode(block).decode("ascii"))
     page.parent.mkdir(parents=True, exist_ok=True)
-    _viewer_beside(page)
+    if not alone:
+        _viewer_beside(page)
     _write(page, text.encode("utf-8"))
     return page
 
@@ -227,11 +233,20 @@ def _legend(
     return rows
 
 
+def _viewer() -> bytes:
+    """JavaScript of the viewer, from the installed package meshcat."""
+    return (files("meshcat") / "viewer" / "dist" / "main.min.js").read_bytes()
+
+
+def _viewer_inside() -> str:
+    packed = base64.b64encode(zlib.compress(_viewer(), 9)).decode("ascii")
+    return f'<script id="viewer" type="text/plain">{packed}</script>'
+
+
 def _viewer_beside(page: Path) -> None:
     """Put meshcat's JavaScript beside the page, unless the same is there."""
-    source = files("meshcat") / "viewer" / "dist" / "main.min.js"
     script = page.with_name("meshcat.js")
-    data = source.read_bytes()
+    data = _viewer()
     if not (script.exists() and script.stat().st_size == len(data)):
         _write(script, data)
 

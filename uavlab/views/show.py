@@ -28,7 +28,7 @@ class Shown(NamedTuple):
         data = base64.b64encode(self.png).decode("ascii")
         address = html.escape(self.page.as_posix(), quote=True)
         return (
-            f'<iframe src="{address}" title="replay: {name}" width="100%" height="{self.height}" '
+            f'<iframe src="{address}" title="replay: {name}" width="100%" height="{self.height}" loading="lazy" '
             'style="border: 1px solid #ccc; border-radius: 6px" allowfullscreen></iframe>'
             f'<div><a href="{address}" target="_blank">open the replay in a window of its own</a></div>'
             f'<img alt="picture: {name}" src="data:image/png;base64,{data}" style="max-width: 100%">'
@@ -48,7 +48,7 @@ def show(
     logs : Log, or several, or a mapping of label to Log
         As in `replay`.
     folder : path-like
-        Where page, picture and meshcat.js are written, seen from the notebook.
+        Where page and picture are written, seen from the notebook.
     height : int
         Of the frame [px].
     **options
@@ -61,6 +61,7 @@ def show(
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=80)
     plt.close(figure)
-    page = replay(flights, folder=folder, **options)
+    # Jupyter serves files into a sandbox that gets no cookies: a page there can load nothing from beside it.
+    page = replay(flights, folder=folder, alone=True, **options)
     page.with_suffix(".png").write_bytes(buffer.getvalue())  # for browsers without WebGL
     return Shown(page, buffer.getvalue(), style.title(next(iter(flights.values()))), height)
