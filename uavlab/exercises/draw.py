@@ -39,7 +39,7 @@ def tilted(rng: np.random.Generator, low: float, high: float) -> Mat3:
 
 
 def aimed(rng: np.random.Generator, low: float, high: float) -> Mat3:
-    """A rotation as of `tilted` whose x axis is 20 degrees or more from the vertical: it has a heading."""
+    """A rotation body → world as of `tilted`, shape (3, 3), whose x axis is 20 degrees or more from the vertical: it has a heading."""
     while True:
         R = tilted(rng, low, high)
         if abs(R[2, 0]) < np.cos(np.radians(20.0)):
@@ -47,7 +47,7 @@ def aimed(rng: np.random.Generator, low: float, high: float) -> Mat3:
 
 
 def knife_edge(rng: np.random.Generator) -> Mat3:
-    """A rotation with a horizontal thrust axis, and its nose neither up nor down."""
+    """A rotation body → world, shape (3, 3), with a horizontal thrust axis, and its nose neither up nor down."""
     edge = so3.exp(np.array((np.pi / 2, 0.0, 0.0))) @ so3.about_z(rng.uniform(0.3, 1.2))
     return so3.about_z(angle(rng)) @ edge
 
