@@ -39,7 +39,7 @@ def tilted(rng: np.random.Generator, low: float, high: float) -> Mat3:
 
 
 def aimed(rng: np.random.Generator, low: float, high: float) -> Mat3:
-    """A rotation body → world as of `tilted`, shape (3, 3), whose x axis is 20 degrees or more from the vertical: it has a heading."""
+    """A rotation body → world, shape (3, 3), as of `tilted`, whose x axis is 20 degrees or more from the vertical."""
     while True:
         R = tilted(rng, low, high)
         if abs(R[2, 0]) < np.cos(np.radians(20.0)):
