@@ -16,7 +16,7 @@ extensions = [
     "sphinx_proof",
     "sphinxcontrib.bibtex",
 ]
-exclude_patterns = ["jupyter_execute", "**/.ipynb_checkpoints"]
+exclude_patterns = ["jupyter_execute", ".cache", "**/.ipynb_checkpoints"]
 nitpicky = True
 
 # Markdown
@@ -25,7 +25,7 @@ myst_heading_anchors = 3
 
 # Running the labs
 nb_execution_mode = "cache"
-nb_execution_cache_path = str(Path(__file__).parent.parent / "book-cache")
+nb_execution_cache_path = str(Path(__file__).parent / ".cache")
 nb_execution_timeout = 180
 nb_merge_streams = True
 nb_render_markdown_format = "myst"
@@ -57,6 +57,7 @@ html_theme_options = {
     "show_toc_level": 2,
     "navbar_persistent": [],
 }
+html_context = {"default_mode": "light"}  # the plots are
 html_copy_source = False
 html_show_sourcelink = False
 

@@ -67,10 +67,6 @@ def write_pages(stage: Path, labs: Sequence[Lab], root: Path) -> None:
         for p in sorted(book.rglob("*"))
         if p.suffix in PAGES and "__pycache__" not in p.parts
     }
-    chapters = [
-        s for lab in labs for s in (lab.stem, f"labs/{lab.stem}") if f"{s}.md" in pages or "/" in s
-    ]
-    pages["index.md"] = pages["index.md"].replace("@chapters@", "\n".join(chapters))
     digest = library_digest(root)
     pages |= {f"labs/{lab.stem}.md": lab_page(lab, digest) for lab in labs}
     pages["contributing.md"] = (root / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -173,9 +169,13 @@ def _write(path: Path, text: str) -> None:
 
 
 def _take_along(labs: Path, out: Path) -> None:
-    """Copy what the labs wrote beside themselves (3D scenes and their script), which pages show in frames."""
-    for path in labs.rglob("*") if labs.is_dir() else ():
-        if path.is_file() and path.suffix in {".html", ".js", ".png"}:
-            target = out / path.relative_to(labs)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, target)
+    """Copy what the labs wrote beside themselves (3D replays and their script), which pages show in frames."""
+    shown = "".join(p.read_text(encoding="utf-8") for p in out.glob("*.html"))
+    for path in [p for p in labs.rglob("*") if p.suffix in {".html", ".js", ".png"}]:
+        target = out / path.relative_to(labs)
+        if path.suffix != ".js" and path.stem not in shown:  # of a flight that looked otherwise
+            path.unlink()
+            target.unlink(missing_ok=True)
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, target)
