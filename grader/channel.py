@@ -56,9 +56,6 @@ class Channel:
         """
         deadline = time.monotonic() + seconds
         nonce = os.urandom(8).hex()
-        if self._buffer or self._readable.poll(0):
-            self.end()
-            raise WorkerDied("it spoke before it was asked")
         self._send(protocol.pack({**message, "nonce": nonce}), deadline)
         return self._receive(nonce, deadline)
 
@@ -96,11 +93,10 @@ class Channel:
     def _send(self, frame: bytes, deadline: float) -> None:
         view = memoryview(frame)
         while view:
-            self._wait(self._writable, deadline)
             try:
                 view = view[os.write(self._into, view) :]
             except BlockingIOError:
-                continue
+                self._wait(self._writable, deadline)
             except OSError:
                 self.end()
                 raise WorkerDied("it ended") from None

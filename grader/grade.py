@@ -67,6 +67,7 @@ def grade(
     SandboxMissing
         Student code cannot be isolated here; nothing has been graded.
     """
+    began, before = time.perf_counter(), os.times()
     work = open_course(root, assignment)
     students = _students(work, student)
     sandbox.demand()
@@ -82,6 +83,12 @@ def grade(
     say(f"feedback in {work.root / 'feedback'}, grades in {shell.export()}")
     for odd in work.oddly_named:
         say(f"left out: submitted/{odd!r} is no name of a student")
+    boxes = sum(x.marks.cpu for x in outcomes if x.marks is not None)
+    cpu = sum(os.times()[:4]) - sum(before[:4]) + boxes
+    wall = time.perf_counter() - began
+    say(
+        f"{len(students)} students in {wall:.1f} s, with {cpu:.1f} s CPU, {boxes:.1f} s of it in boxes"
+    )
     return [
         shell.row(s, _note([x for x in outcomes if x.submission.student == s])) for s in students
     ]
@@ -107,7 +114,9 @@ def _progress(outcome: Outcome) -> str:
     if marks is None:
         return f"{who.student} {who.name}: {outcome.error}"
     points = sum(x["score"] for x in marks.checks.values())
-    spent = "as before" if marks.kept else f"{marks.seconds:.1f} s, {marks.cpu:.2f} s CPU"
+    spent = (
+        "as before" if marks.kept else f"{marks.seconds:.1f} s, {outcome.cpu + marks.cpu:.2f} s CPU"
+    )
     return f"{who.student} {who.name}: {points:g} points ({spent})"
 
 
@@ -146,7 +155,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="at the same time")
     parser.add_argument("--again", action="store_true", help="also what has not changed")
     options = parser.parse_args(arguments)
-    began, before = time.perf_counter(), os.times()
     try:
         rows = grade(
             options.course,
@@ -159,10 +167,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"grade: {error}", file=sys.stderr)
         return 2
     print(f"\n{class_table(rows)}\n")
-    after = os.times()
-    cpu = sum(after[:4]) - sum(before[:4])
-    wall = time.perf_counter() - began
-    say(f"{len(rows)} submissions in {wall:.1f} s, {cpu:.1f} s CPU outside the boxes")
     return 1 if any("not graded:" in row.note for row in rows) else 0
 
 

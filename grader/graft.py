@@ -58,17 +58,36 @@ def read_bytes(path: Path, root: Path) -> bytes:
         raise NotANotebook("there is no such file") from None
     except OSError as error:
         raise NotANotebook(f"it cannot be opened ({error.strerror})") from None
-    with open(fd, "rb") as file:
+    try:
         found = os.fstat(fd)
-        if not stat.S_ISREG(found.st_mode):
-            raise NotANotebook("it is not a regular file")
-        if found.st_nlink > 1:
-            raise NotANotebook("it is a hard link to another file")
-        if found.st_size > MAX_FILE:
-            raise NotANotebook(
-                f"it has {found.st_size / 2**20:.0f} MiB; at most {MAX_FILE // 2**20} are read"
-            )
-        return file.read(MAX_FILE + 1)
+        _regular(found)
+        if found.st_nlink > 1 and _is_ours(found, root):
+            raise NotANotebook("it is a hard link to a file of the course")
+        with open(fd, "rb", closefd=False) as file:
+            return file.read(MAX_FILE + 1)
+    finally:
+        os.close(fd)
+
+
+def _regular(found: os.stat_result) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        raise NotANotebook("it is not a regular file")
+    if found.st_size > MAX_FILE:
+        size = found.st_size / 2**20
+        raise NotANotebook(f"it has {size:.0f} MiB; at most {MAX_FILE // 2**20} are read")
+
+
+def _is_ours(found: os.stat_result, root: Path) -> bool:
+    """Whether a file is also one of the course's: the gradebook, the instructor's notebook."""
+    same = (found.st_dev, found.st_ino)
+    for folder, folders, files in os.walk(root.parent):
+        if Path(folder) == root.parent:
+            folders.remove(root.name)
+        for name in files:
+            status = os.lstat(os.path.join(folder, name))
+            if (status.st_dev, status.st_ino) == same:
+                return True
+    return False
 
 
 def parse(data: bytes) -> list[Cell]:
@@ -108,18 +127,21 @@ def _plain(cell: Any) -> Cell | None:
 
 
 def graft(release: Notebook, submitted: list[Cell]) -> Graft:
-    """The release notebook with the answers and the own cells of a submission."""
+    """The release notebook with the answers and the own cells of a submission; its notes are not shown yet."""
     work = _Work(release)
     work.place(submitted)
     work.rescue()
-    return _finish(work.result(), work.notes, readable=True)
+    return Graft(work.result(), work.notes, True)
 
 
 def graft_file(release: Notebook, path: Path, root: Path) -> Graft:
     """Graft the file at `path`; one that is not a notebook gives the release notebook and a note."""
     try:
-        return graft(release, parse(read_bytes(path, root)))
-    except NotANotebook as why:
+        made = graft(release, parse(read_bytes(path, root)))
+        if path.lstat().st_nlink > 1:
+            made.notes.append("The submitted file has a second name (a hard link): whose is it?")
+        return _finish(made.notebook, made.notes, readable=True)
+    except (NotANotebook, OSError) as why:
         notes = [f"The submitted file {path.name} cannot be read as a notebook: {why}."]
         return _finish(copy.deepcopy(release), notes, readable=False)
 

@@ -60,7 +60,7 @@ def mark(notebook: Notebook, options: Options) -> Marks:
         A check cell asks for an exercise that does not exist.
     """
     wanted = {_grade_id(c): _exercise(c) for c in notebook["cells"] if is_check(c)}
-    steps = _steps(notebook)
+    steps = steps_of(notebook)
     readable = notebook["metadata"].get(METADATA, {}).get("readable", True)
     name = cache.key(steps, list(wanted), readable, options.seed, options.limits)
     kept = None if options.again else cache.load(options.cache, name)
@@ -108,7 +108,8 @@ def _result(score: float, points: float) -> dict[str, Any]:
 # What is run ----------------------------------------------------------------------------------------
 
 
-def _steps(notebook: Notebook) -> list[Step]:
+def steps_of(notebook: Notebook) -> list[Step]:
+    """What is run of a notebook, in order, and where each answer is kept."""
     translate = Translator().python
     answers = [_grade_id(c).removeprefix(CHECK) for c in notebook["cells"] if is_check(c)]
     uses = re.compile(rf"\b(?:{'|'.join(map(re.escape, answers)) or '(?!)'})\b")

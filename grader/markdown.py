@@ -12,6 +12,10 @@ _TAG = re.compile(r"<(?=[A-Za-z/!?])")  # only these make a tag, a comment or an
 _LINK = re.compile(r"\](?=[(\[:])")  # [label](target), [label][reference], [reference]: target
 
 
+_ADDRESS = re.compile(r"(?<=[A-Za-z]):(?=//)")  # https://… becomes a link by itself
+
+
 def harmless(text: str) -> str:
     """The same text without anything that a browser would run, load or follow."""
-    return _LINK.sub(r"]\\", _TAG.sub("< ", text.replace("\x00", "")))
+    text = _TAG.sub("< ", text.replace("\x00", ""))
+    return _ADDRESS.sub(": ", _LINK.sub(r"]\\", text))

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import nbgrader
 
+from grader.pages import FeedbackExporter
 from grader.preprocessor import GraftExporter, Judge
 
 c = get_config()  # type: ignore[name-defined]
@@ -33,3 +34,4 @@ c.HTMLExporter.extra_template_basedirs = [
     str(Path(nbgrader.__file__).parent / "server_extensions" / "formgrader" / "templates"),
 ]
 c.HTMLExporter.require_js_url = ""
+c.GenerateFeedback.exporter_class = FeedbackExporter

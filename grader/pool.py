@@ -22,6 +22,7 @@ class Outcome(NamedTuple):
     submission: Submission
     marks: Marks | None
     error: str = ""
+    cpu: float = 0.0  # [s] of the grader's own; the box is counted in the marks
 
 
 def mark_all(submissions: Sequence[Submission], options: Options, jobs: int) -> Iterator[Outcome]:
@@ -60,4 +61,4 @@ def _mark(submission: Submission, options: Options) -> Outcome:
         return Outcome(submission, None, f"{type(error).__name__}: {error}")
     after = resource.getrusage(resource.RUSAGE_SELF)
     own = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return Outcome(submission, marks._replace(cpu=marks.cpu + own))
+    return Outcome(submission, marks, cpu=own)

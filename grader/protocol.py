@@ -25,6 +25,7 @@ MAX_TEXT = 200  # characters of one text
 MAX_NDIM = 4
 DTYPES = {"<f8", "<f4", "<i8", "<i4", "|u1", "|b1"}
 HEADER = struct.Struct(">I")
+_JSON = json.JSONEncoder(separators=(",", ":"))
 
 
 class ProtocolError(Exception):
@@ -40,7 +41,7 @@ class Odd:
 
 def pack(message: dict[str, Any]) -> bytes:
     """A message as one frame."""
-    body = json.dumps(message, separators=(",", ":")).encode()
+    body = _JSON.encode(message).encode()
     if len(body) > MAX_FRAME:
         raise ProtocolError(f"a message of {len(body)} bytes; at most {MAX_FRAME} are allowed")
     return HEADER.pack(len(body)) + body

@@ -74,8 +74,10 @@ class Shell:
         """Write the feedback pages that are not there; returns what nbgrader complained of."""
         from nbgrader.converters import GenerateFeedback
 
+        from grader.pages import offer_mathjax
+
         said = self._run(GenerateFeedback(coursedir=self._coursedir, config=self.config))
-        _offer_mathjax(self.work.root)
+        offer_mathjax(self.work.root)
         return said
 
     def export(self) -> Path:
@@ -145,15 +147,3 @@ def _quiet() -> Iterator[io.StringIO]:
     finally:
         logger.setLevel(level)
         logger.propagate = propagate
-
-
-def _offer_mathjax(root: Path) -> None:
-    """Let the feedback pages find MathJax on this machine (grader/templates/feedback)."""
-    import importlib.util
-
-    spec = importlib.util.find_spec("jupyter_server_mathjax")
-    link = root / "mathjax"
-    if spec is not None and spec.origin is not None and not link.exists():
-        with contextlib.suppress(OSError):
-            link.unlink(missing_ok=True)
-            link.symlink_to(Path(spec.origin).parent / "static", target_is_directory=True)
