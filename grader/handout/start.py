@@ -34,7 +34,11 @@ def main() -> int:
         return 2
     if not READY.exists():
         install()
-    return subprocess.call([str(PYTHON), "-m", "jupyterlab", "--ip=127.0.0.1", str(HERE)])
+    jupyterlab = [str(PYTHON), "-m", "jupyterlab", "--ip=127.0.0.1", str(HERE)]
+    try:
+        return subprocess.call([*jupyterlab, *sys.argv[1:]])
+    except KeyboardInterrupt:
+        return 0
 
 
 if __name__ == "__main__":
