@@ -46,7 +46,7 @@ def step() -> Scenario:
 
 
 def circle() -> Scenario:
-    """MRS Figs 9 and 10: a circle of 5 m at 7 m/s, with the nose to the north all the time."""
+    """MRS Figs 9 and 10: a circle of 5 m at 7 m/s, with the nose along x all the time."""
     mission = Follow(circle_path(np.array([0.0, 0.0, 3.0]), 5.0), rate=7.0 / 5.0, ramp=5.0)
     return Scenario("circle", "", "T650", mission, standing((5, 0, 3)), 25.0, _laboratory())
 
