@@ -45,6 +45,12 @@ def test_mine_comes_first_then_the_reference_and_a_stub_does_not_count():
     assert part.attitude_with_heading is attitude_with_heading
 
 
+def test_a_reference_that_was_imported_is_not_called_mine():
+    given = {"attitude_with_heading": door.reference("heading", "attitude_with_heading")}
+    provenance = fill(HeadingController, given, mass=1.0).provenance
+    assert provenance["attitude_with_heading"] == "reference"
+
+
 @pytest.mark.usefixtures("without_solutions")
 def test_without_the_solutions_the_stand_in_flies_and_says_so():
     part, provenance = fill(HeadingController, globals(), mass=1.5)
