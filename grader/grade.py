@@ -17,7 +17,7 @@ from grader import sandbox
 from grader.coursework import Coursework, Submission, open_course
 from grader.mark import CHECK, Options
 from grader.pool import Outcome, mark_all
-from grader.shell import Row, Shell
+from grader.shell import NOT_GRADED, Row, Shell
 from grader.table import class_table
 from uavlab.errors import UavlabError, UnknownName
 
@@ -139,7 +139,7 @@ def _note(outcomes: Sequence[Outcome]) -> str:
     for outcome in outcomes:
         notes += [n.rstrip(".") for n in outcome.submission.graft.notes]
         if outcome.marks is None:
-            notes.append(f"not graded: {outcome.error}")
+            notes.append(f"{NOT_GRADED} {outcome.error}")
             continue
         for name, mark in outcome.marks.checks.items():
             notes += [f"{name.removeprefix(CHECK)}: {why}" for why in mark["trouble"][:1]]
@@ -167,7 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"grade: {error}", file=sys.stderr)
         return 2
     print(f"\n{class_table(rows)}\n")
-    return 1 if any("not graded:" in row.note for row in rows) else 0
+    return 1 if any(NOT_GRADED in row.note for row in rows) else 0
 
 
 if __name__ == "__main__":

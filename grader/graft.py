@@ -95,7 +95,7 @@ def parse(data: bytes) -> list[Cell]:
     try:
         notebook = json.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        raise NotANotebook(f"it is not JSON ({type(error).__name__})") from None
+        raise NotANotebook("it is not JSON, or it was cut short") from error
     if not isinstance(notebook, dict) or not isinstance(notebook.get("cells"), list):
         raise NotANotebook("it has no list of cells")
     if notebook.get("nbformat") != 4:

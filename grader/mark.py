@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import textwrap
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -170,17 +171,23 @@ def report(verdict: Verdict, fault: str = "", trouble: Sequence[str] = ()) -> st
     """A verdict as lines for its student: the score, every check, and what to do."""
     lines = [f"{verdict.exercise}: {verdict.score:g} of {verdict.points:g} points"]
     if fault:
-        lines.append(f"  The answer cell {fault}.")
-    lines += [f"  While it was called: {why}." for why in trouble]
+        lines += _wrapped(f"The answer cell {fault}.")
+    for why in trouble:
+        lines += _wrapped(f"While it was called: {why}.")
     for result in verdict.results:
         title = result.name.replace("_", " ")
-        lines.append(f"  ✓ {title}" if result.passed else f"  ✗ {title}: {result.sentence}")
+        lines += _wrapped(f"✓ {title}" if result.passed else f"✗ {title}: {result.sentence}")
     if verdict.hint:
-        lines.append(f"  Hint: {verdict.hint}")
+        lines += _wrapped(f"Hint: {verdict.hint}")
     return "\n".join(lines) + "\n"
 
 
+def _wrapped(said: str) -> list[str]:
+    """Lines that fit the feedback page."""
+    return textwrap.wrap(said, 96, initial_indent="  ", subsequent_indent="      ")
+
+
 def _nothing(exercise: Exercise, notes: list[str]) -> Mark:
-    said = "\n".join(f"  ✗ {note}" for note in notes)
+    said = "\n".join(line for note in notes for line in _wrapped(f"✗ {note}"))
     line = f"{exercise.name}: 0 of {exercise.points:g} points\n{said}\n"
     return {"score": 0.0, "text": line, "trouble": []}

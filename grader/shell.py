@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +15,8 @@ from traitlets.config import Config
 
 from grader.coursework import CLEAN, Coursework
 from grader.mark import CHECK, Options
+
+NOT_GRADED = "not graded:"  # how the note of a submission begins that the grader failed on
 
 
 class Row(NamedTuple):
@@ -93,6 +96,8 @@ class Shell:
 
     def row(self, student: str, note: str = "") -> Row:
         """What the gradebook says of a student's submission."""
+        if not self.work.folder("autograded", student).is_dir():
+            note = f"{NOT_GRADED} nbgrader failed" + (f"; {note}" if note else "")
         with self._gradebook() as gradebook:
             try:
                 submission = gradebook.find_submission(self.work.assignment, student)
@@ -142,7 +147,8 @@ def _quiet() -> Iterator[io.StringIO]:
     level, propagate = logger.level, logger.propagate
     logger.propagate = False
     try:
-        with contextlib.redirect_stderr(io.StringIO()):
+        with contextlib.redirect_stderr(io.StringIO()), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # its own, of its dependencies
             yield said
     finally:
         logger.setLevel(level)
