@@ -15,9 +15,10 @@ from pathlib import Path
 
 from grader import sandbox
 from grader.coursework import Coursework, Submission, open_course
-from grader.mark import CHECK, Options
+from grader.mark import Options
 from grader.pool import Outcome, mark_all
 from grader.shell import NOT_GRADED, Row, Shell
+from grader.steps import CHECK
 from grader.table import class_table
 from uavlab.errors import UavlabError, UnknownName
 

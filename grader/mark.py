@@ -6,7 +6,6 @@ Knows nothing of nbgrader but its cell metadata and how it reads a score: the te
 from __future__ import annotations
 
 import math
-import re
 import textwrap
 import time
 from collections.abc import Sequence
@@ -14,17 +13,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from grader import cache
-from grader.graft import METADATA, OWN, Cell, Notebook, is_answer, text
+from grader.graft import METADATA, Cell, Notebook
 from grader.judge import Verdict, judge
-from grader.magics import Translator
 from grader.remote import Remote, Step
 from grader.sandbox import Limits
+from grader.steps import CHECK, exercise_name, is_check, is_students, steps_of
 from uavlab.errors import BadInput
 from uavlab.exercises.spec import Exercise, find
 
 SEED = 20_261_101  # other than any that students see; a course sets its own
-SKIPPED = {"viz", "flight"}  # tags of cells that only draw or fly
-CHECK = "check-"
 
 
 class Options(NamedTuple):
@@ -77,13 +74,6 @@ def mark(notebook: Notebook, options: Options) -> Marks:
     return marks._replace(seconds=time.monotonic() - began, kept=False)
 
 
-def is_check(cell: Cell) -> bool:
-    """Whether the judge gives this cell's points."""
-    nbgrader = cell.get("metadata", {}).get("nbgrader", {})
-    graded = nbgrader.get("grade") and not nbgrader.get("solution")
-    return bool(graded) and cell["cell_type"] == "code"
-
-
 def write(notebook: Notebook, marks: Marks) -> None:
     """Put marks into the outputs of a notebook, as nbgrader reads them."""
     for cell in notebook["cells"]:
@@ -106,30 +96,7 @@ def _result(score: float, points: float) -> dict[str, Any]:
     return {"output_type": "execute_result", "execution_count": 1, "data": data, "metadata": {}}
 
 
-# What is run ----------------------------------------------------------------------------------------
-
-
-def steps_of(notebook: Notebook) -> list[Step]:
-    """What is run of a notebook, in order, and where each answer is kept."""
-    translate = Translator().python
-    answers = [_grade_id(c).removeprefix(CHECK) for c in notebook["cells"] if is_check(c)]
-    uses = re.compile(rf"\b(?:{'|'.join(map(re.escape, answers)) or '(?!)'})\b")
-    steps = []
-    for place, cell in enumerate(notebook["cells"]):
-        if is_check(cell):
-            steps.append(Step(place, keep=_grade_id(cell).removeprefix(CHECK)))
-        elif cell["cell_type"] == "code" and (_is_students(cell) or not _is_show(cell, uses)):
-            steps.append(Step(place, source=translate(text(cell))))
-    return steps
-
-
-def _is_students(cell: Cell) -> bool:
-    return is_answer(cell) or str(cell.get("id")).startswith(OWN)
-
-
-def _is_show(cell: Cell, uses: re.Pattern[str]) -> bool:
-    """A cell of the lab that shows what answers do: an answer that hangs must not be waited for twice."""
-    return bool(SKIPPED & set(cell["metadata"].get("tags", [])) or uses.search(text(cell)))
+# Judging --------------------------------------------------------------------------------------------
 
 
 def _grade_id(cell: Cell) -> str:
@@ -140,7 +107,7 @@ def _exercise(cell: Cell) -> Exercise:
     grade_id = _grade_id(cell)
     if not grade_id.startswith(CHECK):
         raise BadInput(f"the graded cell {grade_id!r} is not called {CHECK}<exercise>.")
-    return find(grade_id.removeprefix(CHECK))
+    return find(exercise_name(cell))
 
 
 def _judge_all(
@@ -151,7 +118,7 @@ def _judge_all(
         stopped = {
             str(cells[place].get("id")): why
             for place, why in remote.faults.items()
-            if _is_students(cells[place])
+            if is_students(cells[place])
         }
         checks = {}
         for grade_id, exercise in wanted.items():

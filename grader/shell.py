@@ -14,7 +14,8 @@ from nbgrader.api import Gradebook, MissingEntry
 from traitlets.config import Config
 
 from grader.coursework import CLEAN, Coursework
-from grader.mark import CHECK, Options
+from grader.mark import Options
+from grader.steps import CHECK
 
 NOT_GRADED = "not graded:"  # how the note of a submission begins that the grader failed on
 
