@@ -73,7 +73,6 @@ def graded(tmp_path_factory, isolation, release_course, release, right) -> Grade
     run = subprocess.run(
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=600, check=False
     )
-    Path("/tmp/said.txt").write_text(run.stdout + run.stderr)
     return Graded(course, home, run.stdout + run.stderr, run.returncode, before, _scores(course))
 
 
