@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 WRONG_SIGN = """
 def heading_rate(R, omega):
     # I solved (15) by hand.
-    return (omega[1] * R[2, 1] - omega[2] * R[2, 2]) / (1 - R[2, 0] ** 2)
+    return (omega[2] * R[2, 2] - omega[1] * R[2, 1]) / (1 - R[2, 0] ** 2)
 """
 
 WRONG_PARASITIC = """

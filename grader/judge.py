@@ -163,7 +163,8 @@ def _score(points: float, results: list[Result]) -> float:
 def _purity(answer: Watched, results: list[Result]) -> Result:
     """Leaving the inputs alone counts for an answer that does something right."""
     earned = any(x.passed and x.weight for x in results)
-    return Result(PURITY, earned and not answer.changed, PURITY_SENTENCE, PURITY_WEIGHT, False)
+    said = PURITY_SENTENCE if earned or answer.changed else "This counts once another check passes."
+    return Result(PURITY, earned and not answer.changed, said, PURITY_WEIGHT, False)
 
 
 def _name(error: Exception) -> str:

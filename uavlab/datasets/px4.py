@@ -164,7 +164,7 @@ class _Topic:
         return column in self.data
 
     def column(self, name: str) -> Array:
-        """A column, as float64; an empty one if the topic is not there."""
+        """A column, as float64, shape (rows,); an empty one if the topic is not there."""
         if not self.data:
             return np.zeros(0)
         if name not in self.data:
@@ -174,7 +174,7 @@ class _Topic:
         return np.asarray(self.data[name], dtype=float)[self.rows]
 
     def vectors(self, name: str, n: int = 3) -> Array:
-        """The array field `name`, (rows, n)."""
+        """The array field `name`, shape (rows, n)."""
         return np.stack([self.column(f"{name}[{i}]") for i in range(n)], axis=1)
 
     def sensed(self, clock: str, values: Array) -> tuple[Array, Array]:
