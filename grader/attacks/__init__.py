@@ -17,6 +17,7 @@ CLASSES = (
     "reading", "patching", "ipython", "frames", "exhausting", "outside", "forging", "damaging", "files", "copying",
     "browser",
 )  # fmt: skip
+REPLACING = ("reading", "frames", "forging", "copying")  # classes that replace an answer by another
 LIE = "def {name}(*arguments, **more):\n    return {value}\n"
 
 _found: list[Attack] = []
@@ -66,10 +67,11 @@ def attack(kind: str, *, deserves: bool = False) -> Callable[[Maker], Maker]:
 
 
 def code(kind: str, name: str, story: str, source: str) -> None:
-    """Enter an attack that is one piece of code, run before answers that all lie."""
+    """Enter an attack that is one piece of code, run where it can do most: first of all, or over a lie."""
 
     def make(target: Target) -> bytes:
-        return submit(target, first=source)
+        after = next(iter(target.right)) if kind in REPLACING else ""
+        return submit(target, extra=source, after=after)
 
     _found.append(Attack(name, kind, " ".join(story.split()), make, False))
 
@@ -99,11 +101,14 @@ def filled(target: Target, answers: dict[str, str]) -> dict[str, Any]:
     return notebook
 
 
-def submit(target: Target, answers: dict[str, str] | None = None, first: str = "") -> bytes:
-    """A file with these answers (else lies), and a cell of one's own before everything."""
+def submit(
+    target: Target, answers: dict[str, str] | None = None, extra: str = "", after: str = ""
+) -> bytes:
+    """A file with these answers (else lies), and a cell of one's own before everything or after an answer."""
     notebook = filled(target, lies(target) if answers is None else answers)
-    if first:
-        notebook["cells"].insert(0, own(first))
+    ids = [c["id"] for c in notebook["cells"]]
+    if extra:
+        notebook["cells"].insert(ids.index(f"answer-{after}") + 1 if after else 0, own(extra))
     return json.dumps(notebook).encode()
 
 

@@ -19,7 +19,10 @@ from typing import NamedTuple
 import psutil
 import pytest
 
+from grader import sandbox
 from grader.attacks import CLASSES, Attack, Target, attacks, filled
+from grader.graft import graft, parse
+from grader.mark import Options, mark
 
 ROOT = Path(__file__).resolve().parents[2]
 STEM, LAB = "heading", "02_heading"
@@ -142,6 +145,22 @@ def test_nothing_of_a_student_runs_in_the_grader_s_browser(graded: Graded):
     for name in ("prose", "outputs", "names_and_code"):
         extra = _active(graded, name) - clean
         assert not extra, (name, extra)
+
+
+def test_the_attack_would_succeed_if_the_solutions_were_not_covered(
+    isolation, release, right, monkeypatch, tmp_path
+):
+    """So that a gain of zero means something."""
+    one = next(x for x in attacks() if x.name == "import_solutions")
+    data = one.make(Target(release, right, tmp_path, tmp_path, STEM))
+    notebook = graft(release, parse(data)).notebook
+    assert _gain(notebook) == 0.0
+    monkeypatch.setattr(sandbox, "_mask", list)
+    assert _gain(notebook) == 4.0
+
+
+def _gain(notebook: dict) -> float:
+    return sum(x["score"] for x in mark(notebook, Options()).checks.values())
 
 
 # Helpers ----------------------------------------------------------------------------------------------
