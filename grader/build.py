@@ -57,7 +57,7 @@ def lab_paths(root: Path = ROOT) -> list[Path]:
     return [f / f"{f.name[3:]}.md" for f in folders if (f / f"{f.name[3:]}.md").is_file()]
 
 
-def build(course: Path, labs: Sequence[Lab]) -> list[Path]:
+def build(course: Path, labs: Sequence[Lab], seed: int | None = None) -> list[Path]:
     """Write both versions of `labs` into the nbgrader course directory `course`.
 
     Every lab is read and put together before the first file is written, so a mistake in one leaves all as they were.
@@ -73,7 +73,7 @@ def build(course: Path, labs: Sequence[Lab]) -> list[Path]:
     texts = {
         f"{lab.name}/{lab.stem}.ipynb": write_notebook(instructor_notebook(lab)) for lab in labs
     }
-    write_course(course, texts)
+    write_course(course, texts, seed)
     folders = []
     for lab in labs:
         start = time.perf_counter()

@@ -6,6 +6,7 @@ import contextlib
 import io
 import logging
 import os
+import secrets
 import shutil
 import sys
 from collections.abc import Mapping
@@ -18,7 +19,7 @@ from nbgrader.preprocessors import ClearSolutions
 from uavlab.errors import BadFile
 from uavlab.exercises import find
 
-CONFIG = '''"""Written by grader.build; the settings are in grader/nbgrader_config.py of the checkout."""
+CONFIG = '''"""The settings of this course: written once by grader.build, and from then on yours to change."""
 
 import importlib.util
 from pathlib import Path
@@ -26,16 +27,10 @@ from pathlib import Path
 c = get_config()
 c.CourseDirectory.course_id = "uavlab"
 c.CourseDirectory.root = str(Path(__file__).resolve().parent)
-c.ClearSolutions.text_stub = "*Write your answer here.*"
-c.GenerateAssignment.preprocessors = [
-    "nbgrader.preprocessors.LockCells",
-    "grader.build_release.ClearAnswers",
-    "nbgrader.preprocessors.ClearOutput",
-    "nbgrader.preprocessors.CheckCellMetadata",
-    "nbgrader.preprocessors.ComputeChecksums",
-    "nbgrader.preprocessors.SaveCells",
-]
 load_subconfig(importlib.util.find_spec("grader.nbgrader_config").origin)
+
+# Decides the random inputs of the checks. No other course has it: keep it to yourself, and keep it all term.
+c.Judge.seed = {seed}
 '''
 
 
@@ -53,18 +48,22 @@ class ClearAnswers(ClearSolutions):
         return super().preprocess_cell(cell, resources, cell_index)
 
 
-def write_course(course: Path, notebooks: Mapping[str, str]) -> None:
+def write_course(course: Path, notebooks: Mapping[str, str], seed: int | None = None) -> None:
     """Put the instructor's notebooks and the configuration into the course directory.
 
     Parameters
     ----------
     course : Path
-        Made when missing; what the instructor keeps there (submissions, gradebook) stays.
+        Made when missing; what the instructor keeps there (settings, submissions, gradebook) stays.
     notebooks : mapping of str to str
         Path below ``source/`` → text.
+    seed : int, optional
+        Of the checks' random inputs, for a course that is new; a secret one if there is no number.
     """
     course.mkdir(parents=True, exist_ok=True)
-    _replace(course / "nbgrader_config.py", CONFIG)
+    settings = course / "nbgrader_config.py"
+    if not settings.exists():
+        _replace(settings, CONFIG.format(seed=secrets.randbelow(2**31) if seed is None else seed))
     for name, text in notebooks.items():
         path = course / "source" / name
         # nbgrader copies whatever lies beside a notebook into the release: nothing may.

@@ -15,6 +15,17 @@ from grader.preprocessor import GraftExporter, Judge
 
 c = get_config()  # type: ignore[name-defined]
 
+# The release: stubs in place of answers.
+c.ClearSolutions.text_stub = "*Write your answer here.*"
+c.GenerateAssignment.preprocessors = [
+    "nbgrader.preprocessors.LockCells",
+    "grader.build_release.ClearAnswers",
+    "nbgrader.preprocessors.ClearOutput",
+    "nbgrader.preprocessors.CheckCellMetadata",
+    "nbgrader.preprocessors.ComputeChecksums",
+    "nbgrader.preprocessors.SaveCells",
+]
+
 # A submission is read through the graft, and judged instead of executed.
 c.Autograde.exporter_class = GraftExporter
 # The graft leaves nothing of a student's to clear, deduplicate or validate.

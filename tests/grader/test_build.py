@@ -245,3 +245,20 @@ def test_every_lab_of_the_course_reads_and_its_answers_fit_in():
         ids = {c.id for c in instructor_notebook(lab).cells}
         assert {f"answer-{name}" for name in lab.exercises} <= ids
         assert find(next(iter(lab.exercises))).stem == lab.stem
+
+
+def test_the_settings_of_a_course_are_written_once_with_a_secret_seed_of_its_own(tmp_path):
+    lab = labs.write(tmp_path / "lab")
+    seeds = []
+    for name in ("here", "there"):
+        build(tmp_path / name, [lab])
+        seeds.append(re.search(r"c\.Judge\.seed = (\d+)", settings(tmp_path / name)).group(1))
+    assert seeds[0] != seeds[1]
+    mine = settings(tmp_path / "here") + "c.CourseDirectory.course_id = 'ours'\n"
+    (tmp_path / "here" / "nbgrader_config.py").write_text(mine)
+    build(tmp_path / "here", [lab])
+    assert settings(tmp_path / "here") == mine
+
+
+def settings(course):
+    return (course / "nbgrader_config.py").read_text()
