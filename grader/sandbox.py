@@ -107,8 +107,9 @@ def _mask() -> list[str]:
 
 
 def _view(limits: Limits) -> list[str]:
-    made: set[str] = set()
-    arguments: list[str] = []
+    # First /tmp, then what is shown: the checkout itself may lie below /tmp.
+    arguments = ["--size", str(limits.disk), "--perms", "1777", "--tmpfs", "/tmp"]
+    made = {"/tmp"}
     shown: set[Path] = set()
     for path in [*_interpreter(), *_packages()]:
         if not any(p == path or p in path.parents for p in shown):
@@ -120,7 +121,6 @@ def _view(limits: Limits) -> list[str]:
     arguments += [*_links(), *_mask(), "--perms", "0755", "--dir", "/dev"]
     for device in ("null", "zero", "urandom", "random"):
         arguments += ["--dev-bind", f"/dev/{device}", f"/dev/{device}"]
-    arguments += ["--size", str(limits.disk), "--perms", "1777", "--tmpfs", "/tmp"]
     return [*arguments, "--remount-ro", "/", "--chdir", "/tmp"]
 
 
@@ -192,6 +192,8 @@ def start(limits: Limits, place: int = 0) -> subprocess.Popen[bytes]:
 
 
 def _cure(said: str) -> str:
+    if "ModuleNotFoundError" in said:
+        return "A package that the worker needs cannot be seen from the box: run make setup again."
     if "uid map" in said or "namespace" in said.lower() or "Permission denied" in said:
         return (
             "This machine does not let bubblewrap make namespaces. On Ubuntu 24.04 AppArmor forbids it to programs "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import atan2, pi
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -75,7 +75,7 @@ def moved(x: T, shift: Shift) -> T:
         `x` has a field that this function does not know.
     """
     Rz = about_z(shift.heading)
-    new = {}
+    new: dict[str, Any] = {}
     for name, value in zip(x._fields, x, strict=True):
         if name == "r":
             new[name] = Rz @ value + shift.r

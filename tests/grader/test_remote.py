@@ -258,3 +258,10 @@ def test_a_box_that_cannot_start_is_explained_with_the_ubuntu_cure():
     said = sandbox._cure("bwrap: setting up uid map: Permission denied")
     assert "AppArmor" in said
     assert "apparmor" in said
+
+
+def test_the_empty_tmp_comes_first_so_that_a_checkout_below_tmp_can_be_graded():
+    command = sandbox.command(Limits(), 0)
+    empty = [i for i, x in enumerate(command) if x == "--tmpfs" and command[i + 1] == "/tmp"]
+    assert len(empty) == 1
+    assert empty[0] < command.index("--ro-bind")
