@@ -76,6 +76,7 @@ def moved(x: T, shift: Shift) -> T:
     """
     Rz = about_z(shift.heading)
     new: dict[str, Any] = {}
+    value: Any
     for name, value in zip(x._fields, x, strict=True):
         if name == "r":
             new[name] = Rz @ value + shift.r
