@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
+import shutil
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Any, NamedTuple
 from nbgrader.api import Gradebook, MissingEntry
 from traitlets.config import Config
 
+from grader import cache
 from grader.coursework import CLEAN, Coursework
 from grader.mark import Options
 from grader.steps import CHECK
@@ -75,14 +77,32 @@ class Shell:
         return self._run(Autograde(coursedir=self._coursedir, config=config))
 
     def feedback(self) -> str:
-        """Write the feedback pages that are not there; returns what nbgrader complained of."""
+        """Write the feedback pages that are not there or older than a person's points and comments.
+
+        Returns what nbgrader complained of.
+        """
         from nbgrader.converters import GenerateFeedback
 
         from grader.pages import offer_mathjax
 
+        notes, given = self.work.root / cache.FOLDER, self._given()
+        for student, name in given.items():
+            if cache.load(notes, f"feedback-{self.work.assignment}-{student}") != {"of": name}:
+                shutil.rmtree(self.work.folder("feedback", student), ignore_errors=True)
         said = self._run(GenerateFeedback(coursedir=self._coursedir, config=self.config))
+        for student, name in given.items():
+            if self.work.folder("feedback", student).is_dir():
+                cache.save(notes, f"feedback-{self.work.assignment}-{student}", {"of": name})
         offer_mathjax(self.work.root)
         return said
+
+    def _given(self) -> dict[str, str]:
+        """Student → a hash of what persons gave and wrote; nbgrader does not see when that changes."""
+        with self._gradebook() as gradebook:
+            return {
+                str(s.student.id): cache.key(sorted(_by_hand(s), key=str))
+                for s in gradebook.assignment_submissions(self.work.assignment)
+            }
 
     def export(self) -> Path:
         """Write grades.csv of the whole course."""
@@ -138,6 +158,13 @@ def _score(grade: Any) -> float | None:
     """The points of a graded cell; None while a person has to give them."""
     waiting = grade.needs_manual_grade or (grade.auto_score is None and grade.manual_score is None)
     return None if waiting and grade.auto_score is None else float(grade.score)
+
+
+def _by_hand(submission: Any) -> Iterator[tuple[Any, ...]]:
+    """What persons gave and wrote, cell by cell."""
+    for book in submission.notebooks:
+        yield from ((book.name, g.name, g.manual_score, g.extra_credit) for g in book.grades)
+        yield from ((book.name, c.name, c.manual_comment) for c in book.comments)
 
 
 @contextlib.contextmanager
