@@ -5,10 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
-import os
 import secrets
 import shutil
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ from typing import Any
 import nbformat
 from nbgrader.preprocessors import ClearSolutions
 
+from grader.tools import offer_programs
 from uavlab.errors import BadFile
 from uavlab.exercises import find
 
@@ -108,10 +107,7 @@ def _api(course: Path) -> Any:
 
     with contextlib.redirect_stderr(io.StringIO()):
         config = PyFileConfigLoader("nbgrader_config.py", path=str(course)).load_config()
-    # nbgrader looks for its `alembic` on the path, which need not lead to this environment.
-    here = str(Path(sys.executable).parent)
-    if here not in os.environ.get("PATH", "").split(os.pathsep):
-        os.environ["PATH"] = os.pathsep.join([here, os.environ.get("PATH", "")])
+    offer_programs()
     logging.getLogger("traitlets").setLevel(logging.ERROR)
     return NbGraderAPI(coursedir=CourseDirectory(config=config), config=config)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from grader import sandbox
 from grader.coursework import Coursework, Submission, open_course
+from grader.handin import left_out, plain_name
 from grader.mark import Options
 from grader.pool import Outcome, mark_all
 from grader.shell import NOT_GRADED, Row, Shell
@@ -82,8 +83,6 @@ def grade(
         if said:
             say(f"nbgrader {what}: {said}")
     say(f"feedback in {work.root / 'feedback'}, grades in {shell.export()}")
-    for odd in work.oddly_named:
-        say(f"left out: submitted/{odd!r} is no name of a student")
     boxes = sum(x.marks.cpu for x in outcomes if x.marks is not None)
     cpu = sum(os.times()[:4]) - sum(before[:4]) + boxes
     wall = time.perf_counter() - began
@@ -93,6 +92,18 @@ def grade(
     return [
         shell.row(s, _note([x for x in outcomes if x.submission.student == s])) for s in students
     ]
+
+
+def not_graded(root: Path, assignment: str) -> list[str]:
+    """What lies in ``submitted/`` and has not been graded as this assignment, one sentence each."""
+    work = open_course(root, assignment)
+    odd = [
+        f"submitted/{name!r} is no name of a student: letters, digits and . _ @ + - are; "
+        f"rename the folder, for example to {plain_name(name)!r}"
+        for name in work.oddly_named
+    ]
+    graded = {*work.students, *work.oddly_named}
+    return odd + left_out(work.root / "submitted", assignment, graded)
 
 
 def _students(work: Coursework, student: str | None) -> list[str]:
@@ -167,8 +178,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (UavlabError, sandbox.SandboxMissing) as error:
         print(f"grade: {error}", file=sys.stderr)
         return 2
-    print(f"\n{class_table(rows)}\n")
-    return 1 if any(NOT_GRADED in row.note for row in rows) else 0
+    except KeyboardInterrupt:
+        print("grade: stopped; nothing is lost: run it again to go on.", file=sys.stderr)
+        return 130
+    print(f"\n{class_table(rows)}\n" if rows else "grade: nobody has submitted this assignment")
+    ignored = not_graded(options.course, options.assignment)
+    for said in ignored:
+        say(f"NOT GRADED: {said}")
+    return 1 if ignored or any(NOT_GRADED in row.note for row in rows) else 0
 
 
 if __name__ == "__main__":

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
 import resource
+import signal
 import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -13,6 +15,7 @@ from typing import Any, NamedTuple
 from grader.coursework import Submission
 from grader.mark import Marks, Options, mark
 
+_PARENT_DEATH = 1  # PR_SET_PDEATHSIG of prctl(2)
 _place: int = 0  # of this process; set once when the pool starts it
 
 
@@ -41,16 +44,23 @@ def mark_all(submissions: Sequence[Submission], options: Options, jobs: int) -> 
     ):
         warnings.simplefilter("ignore", DeprecationWarning)  # numpy's idle threads do not mind
         tasks = {pool.submit(_mark, x, options): x for x in submissions}
-        for task in as_completed(tasks):
-            try:
-                yield task.result()
-            except BrokenProcessPool as error:
-                yield Outcome(tasks[task], None, f"the grader's process ended ({error})")
+        try:
+            for task in as_completed(tasks):
+                try:
+                    yield task.result()
+                except BrokenProcessPool as error:
+                    yield Outcome(tasks[task], None, f"the grader's process ended ({error})")
+        except (KeyboardInterrupt, GeneratorExit):
+            for process in context.active_children():  # the pool would wait for what is under way
+                process.kill()
+            raise
 
 
 def _take(places: Any) -> None:
     global _place  # noqa: PLW0603  (one number for a process's life; a pool gives no other way)
     _place = places.get()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+    ctypes.CDLL(None).prctl(_PARENT_DEATH, signal.SIGKILL)  # and nobody outlives it
 
 
 def _mark(submission: Submission, options: Options) -> Outcome:

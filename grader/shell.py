@@ -18,6 +18,7 @@ from grader import cache
 from grader.coursework import CLEAN, Coursework
 from grader.mark import Options
 from grader.steps import CHECK
+from grader.tools import offer_programs
 
 NOT_GRADED = "not graded:"  # how the note of a submission begins that the grader failed on
 
@@ -53,6 +54,7 @@ class Shell:
         from traitlets.config.loader import PyFileConfigLoader
 
         self.work = work
+        offer_programs()
         with _quiet():
             self.config: Config = PyFileConfigLoader(
                 "nbgrader_config.py", path=str(work.root)
