@@ -86,6 +86,8 @@ def load_log(path: str | os.PathLike[str]) -> Log:
     path = Path(path)
     try:
         with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
+            if "head" not in data:
+                raise BadFile(f"{path} is not a uavlab log: it has no head. Log.save writes one.")
             head = json.loads(str(data["head"]))
             if head["version"] != VERSION:
                 raise BadFile(
@@ -94,9 +96,9 @@ def load_log(path: str | os.PathLike[str]) -> Log:
             arrays = {k: data[k] for k in UNITS}
     except FileNotFoundError:
         raise BadFile(f"no log at {path}.") from None
-    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except (KeyError, ValueError, EOFError, TypeError, zipfile.BadZipFile):
         raise BadFile(
-            f"{path} is not a whole uavlab log ({type(error).__name__}: {error}); "
-            "it may be cut short. Fly and save it again."
+            f"{path} is not a whole uavlab log; it may be cut short or something else. "
+            "Fly and save it again."
         ) from None
     return Log(**arrays, exit=Exit[head["exit"]], reason=head["reason"], meta=head["meta"])
