@@ -55,7 +55,8 @@ def test_a_reference_that_was_imported_is_not_called_mine():
 def test_without_the_solutions_the_stand_in_flies_and_says_so():
     part, provenance = fill(HeadingController, globals(), mass=1.5)
     assert part == TiltAxis(1.5)
-    assert provenance == {"HeadingController": "stand-in"}
+    missing = "yaw_rate_from_heading_rate, parasitic_yaw_rate"
+    assert provenance == {f"HeadingController without {missing}": "stand-in"}
     log = uavlab.fly(uavlab.scenarios.load("hover")._replace(duration=0.1))
     assert set(log.meta["provenance"].values()) == {"stand-in"}
 

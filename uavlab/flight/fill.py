@@ -75,7 +75,7 @@ def fill(
         The part, and the provenance of each of its functions. If one is missing everywhere, the
         part's ``stand_in`` flies instead of the whole.
     """
-    functions, provenance = {}, {}
+    functions, provenance, missing = {}, {}, []
     for item in fields(Part):
         stem = item.metadata.get("stem")
         if stem is None:
@@ -83,11 +83,13 @@ def fill(
         own = (mine or {}).get(item.name)
         if callable(own) and not unfinished(own):
             functions[item.name], provenance[item.name] = own, author(own)
-            continue
-        found = None if only_mine else reference(stem, item.name)
-        if found is None:
-            return Filled(Part.stand_in(**parameters), {Part.__name__: STAND_IN})  # type: ignore[attr-defined]
-        functions[item.name], provenance[item.name] = found, REFERENCE
+        elif not only_mine and (found := reference(stem, item.name)) is not None:
+            functions[item.name], provenance[item.name] = found, REFERENCE
+        else:
+            missing.append(item.name)
+    if missing:  # all or nothing: half a part of each kind would be neither
+        said = f"{Part.__name__} without {', '.join(missing)}"
+        return Filled(Part.stand_in(**parameters), {said: STAND_IN})  # type: ignore[attr-defined]
     return Filled(Part(**functions, **parameters), provenance)
 
 
