@@ -6,6 +6,8 @@ the lab anew for every student. Neither is done here.
 
 from __future__ import annotations
 
+import html
+import re
 import shutil
 from functools import lru_cache
 from importlib.util import find_spec
@@ -18,9 +20,16 @@ from nbconvert.filters import Highlight2HTML
 from nbconvert.filters.widgetsdatatypefilter import WidgetsDataTypeFilter
 from nbformat import NotebookNode
 
+_MOST, _LONGEST = 20_000, 1_000  # characters of a cell, and of a line or a gap, that are coloured
+_ODD = re.compile(rf"[^\n]{{{_LONGEST}}}|\s{{{_LONGEST}}}")
+
 
 @lru_cache(maxsize=2048)
 def _coloured(source: str) -> str:
+    if len(source) > _MOST or _ODD.search(
+        source
+    ):  # the lexer's time may grow with the square of these
+        return f'<div class="highlight"><pre>{html.escape(source)}</pre></div>'
     return str(Highlight2HTML(pygments_lexer="ipython3")(source))
 
 
