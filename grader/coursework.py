@@ -12,13 +12,15 @@ import shutil
 from pathlib import Path
 from typing import NamedTuple
 
+from nbgrader.utils import parse_utc
+
 from grader.graft import Graft, NotANotebook, Notebook, graft_file, read_bytes
+from grader.handin import find_notebook
 from uavlab.errors import BadFile, UnknownName
 
 CLEAN = "clean"
-_NAME = re.compile(
-    r"[\w.@+-]+", re.ASCII
-)  # of a student; others would be patterns or paths to nbgrader
+# Of a student; others would be patterns or paths to nbgrader.
+_NAME = re.compile(r"(?!\.+$)[\w.@+-]+", re.ASCII)
 _TIME = re.compile(rb"[\d :.TZ+-]{8,40}(?: UTC)?\s*")
 
 
@@ -59,8 +61,9 @@ class Coursework(NamedTuple):
         clean = self.folder(CLEAN, student)
         made = []
         for name, release in self.released.items():
-            path = self.folder("submitted", student) / f"{name}.ipynb"
+            path, notes = find_notebook(self.folder("submitted", student), name)
             grafted = graft_file(release, path, self.root / "submitted")
+            grafted = grafted._replace(notes=[*notes, *grafted.notes])
             text = json.dumps(grafted.notebook, indent=1, ensure_ascii=False)
             target = clean / f"{name}.ipynb"
             changed = not target.is_file() or target.read_text(encoding="utf-8") != text
@@ -83,8 +86,19 @@ class Coursework(NamedTuple):
             said = read_bytes(self.folder("submitted", student) / name, self.root / "submitted")
         except NotANotebook:
             return
-        if _TIME.fullmatch(said):
+        if _is_time(said):
             (self.folder(CLEAN, student) / name).write_bytes(said)
+
+
+def _is_time(said: bytes) -> bool:
+    """Whether nbgrader can read this as a time: it stops at one that it cannot."""
+    if not _TIME.fullmatch(said):
+        return False
+    try:
+        parse_utc(said.decode("ascii").strip())
+    except (ValueError, OverflowError, AttributeError, TypeError):
+        return False
+    return True
 
 
 def open_course(root: Path, assignment: str) -> Coursework:

@@ -8,6 +8,7 @@ notebook becomes the release notebook with a note.
 from __future__ import annotations
 
 import copy
+import errno
 import json
 import os
 import re
@@ -19,6 +20,7 @@ from typing import Any, NamedTuple
 from grader.markdown import harmless
 
 MAX_FILE = 20 * 2**20  # bytes of a submission
+MAX_PARTS = 300_000  # lists and records in it: each costs a hundred times its two bytes
 MAX_CELL = 100_000  # characters of one cell
 MAX_EXTRA = 100  # cells of the student's own
 MAX_EXTRA_TEXT = 500_000  # characters of these, together
@@ -49,15 +51,7 @@ def read_bytes(path: Path, root: Path) -> bytes:
 
     `root` is the folder of all submissions: a link on the way from there to `path` is not followed.
     """
-    if os.path.realpath(path) != os.path.join(os.path.realpath(root), path.relative_to(root)):
-        raise NotANotebook("it is a link to another place")
-    try:
-        # Opening a pipe or a device must not block, and a link must not be followed.
-        fd = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-    except FileNotFoundError:
-        raise NotANotebook("there is no such file") from None
-    except OSError as error:
-        raise NotANotebook(f"it cannot be opened ({error.strerror})") from None
+    fd = _open_below(root, path.relative_to(root).parts)
     try:
         found = os.fstat(fd)
         _regular(found)
@@ -67,6 +61,30 @@ def read_bytes(path: Path, root: Path) -> bytes:
             return file.read(MAX_FILE + 1)
     finally:
         os.close(fd)
+
+
+def _open_below(root: Path, parts: tuple[str, ...]) -> int:
+    """Open a file step by step below `root`: a link that is put there in between is not followed either."""
+    fd = os.open(root, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        for part in parts[:-1]:
+            fd, above = _open(part, os.O_DIRECTORY, fd), fd
+            os.close(above)
+        # Opening a pipe or a device must not block.
+        return _open(parts[-1], os.O_NONBLOCK, fd)
+    finally:
+        os.close(fd)
+
+
+def _open(name: str, how: int, folder: int) -> int:
+    try:
+        return os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC | how, dir_fd=folder)
+    except FileNotFoundError:
+        raise NotANotebook("there is no such file") from None
+    except OSError as error:
+        if error.errno in {errno.ELOOP, errno.ENOTDIR}:
+            raise NotANotebook("it is a link to another place") from None
+        raise NotANotebook(f"it cannot be opened ({error.strerror})") from None
 
 
 def _regular(found: os.stat_result) -> None:
@@ -92,9 +110,13 @@ def _is_ours(found: os.stat_result, root: Path) -> bool:
 
 def parse(data: bytes) -> list[Cell]:
     """The cells of a submitted notebook, each with the few fields that are used, as plain text."""
+    if not data.strip():
+        raise NotANotebook("the file is empty")
+    if data.count(b"{") + data.count(b"[") > MAX_PARTS:
+        raise NotANotebook(f"it has more than {MAX_PARTS} parts; clear its outputs and save it")
     try:
         notebook = json.loads(data.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+    except (ValueError, RecursionError, MemoryError) as error:
         raise NotANotebook("it is not JSON, or it was cut short") from error
     if not isinstance(notebook, dict) or not isinstance(notebook.get("cells"), list):
         raise NotANotebook("it has no list of cells")
