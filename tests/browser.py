@@ -61,6 +61,7 @@ def watch(page):
     """Write down every address that `page` asks for, and every error it meets."""
     page.requests, page.errors = [], []
     page.on("request", lambda request: page.requests.append(request.url))
+    page.on("websocket", lambda socket: page.requests.append(socket.url))
     page.on("pageerror", lambda error: page.errors.append(str(error)))
     page.on("console", lambda m: page.errors.append(m.text) if m.type == "error" else None)
 
