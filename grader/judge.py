@@ -110,7 +110,8 @@ def run(check: Check, answer: Function, rng: np.random.Generator, *, public: boo
     except CheckFailed:
         why = ""
     except Exception as error:
-        why = f" (Your code raised {_name(error)}.)"
+        # Which error it was would carry hidden inputs out, a letter at a time.
+        why = f" (Your code raised {_name(error) if public else 'an error'}.)"
     else:
         return Result(check.name, True, check.sentence, check.weight, public)
     return Result(check.name, False, check.sentence + why, check.weight, public)

@@ -44,7 +44,8 @@ def torque_turns_the_angular_momentum(f: Function, rng: np.random.Generator) -> 
     for _ in range(4):
         state, force, torque, m, J = draw.pushed(rng)
         rate = expect_state_rate(f(state, force, torque, m=m, J=J))
-        change = rate.R_dot @ J @ state.omega + state.R @ J @ rate.omega_dot
+        R_dot = state.R @ so3.hat(state.omega)  # the true one: two mistakes must not cancel
+        change = R_dot @ J @ state.omega + state.R @ J @ rate.omega_dot
         expect_close(change, state.R @ torque)
 
 

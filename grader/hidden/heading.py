@@ -6,6 +6,11 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 from scipy.spatial.transform import Rotation
 
+from grader.hidden.heading_exact import (  # noqa: F401  (found here by their lab)
+    exact_compensation,
+    exact_to_the_last_digits,
+    exact_yaw_rate,
+)
 from grader.hidden.rollout import Swing, turn, wave
 from grader.material import hidden
 from uavlab import frames, so3
@@ -161,10 +166,10 @@ def nothing_to_project(f: Function, rng: np.random.Generator) -> None:
 
 
 def expect_refusal(f: Function, f_d: Vec3, eta: float) -> None:
-    """Fail the check unless the answer raises."""
+    """Fail the check unless the answer refuses; an answer that hangs or dies has not."""
     try:
         f(f_d, eta)
-    except Exception:
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError):
         return
     expect(False, "It must raise ValueError.")
 
