@@ -31,14 +31,16 @@ def expect_thrust_axis(R: Mat3, f_d: Vec3) -> None:
     expect_close(R[:, 2], f_d / np.linalg.norm(f_d), "The z axis is not along the force.")
 
 
-def expect_heading_rate(got: Any, R: Mat3, omega: Vec3, *, atol: float = 1e-6) -> None:
+def expect_heading_rate(
+    got: Any, R: Mat3, omega: Vec3, *, atol: float = 1e-6, message: str = ""
+) -> None:
     """Fail the check unless the heading changes by `got` [rad/s] while `R` turns with `omega`.
 
     The derivative is a central difference, good to 1e-7. It is not given away: it would pass as an answer.
     """
     h = 1e-5
     ahead, behind = frames.heading(R @ so3.exp(h * omega)), frames.heading(R @ so3.exp(-h * omega))
-    expect_close(got, frames.wrap(ahead - behind) / (2.0 * h), atol=atol)
+    expect_close(got, frames.wrap(ahead - behind) / (2.0 * h), message, atol=atol)
 
 
 def expect_state_rate(got: Any) -> StateRate:

@@ -225,7 +225,8 @@ def alone_it_turns_the_heading(f: Function, rng: np.random.Generator) -> None:
     for _ in range(4):
         R, rate = draw.tilted(rng, 0.3, 1.0), draw.pace(rng)
         yaw = numbers(f(R, rate), ())
-        expect_heading_rate(rate, R, np.array((0.0, 0.0, yaw)), atol=1e-6)
+        turning, said = np.array((0.0, 0.0, yaw)), "With your yaw rate the heading turns otherwise."
+        expect_heading_rate(rate, R, turning, message=said)
 
 
 @exercise(points=3, reads="MRS Sec. 5.3, Sec. 3.4")
@@ -258,4 +259,5 @@ def the_heading_stands_still(f: Function, rng: np.random.Generator) -> None:
     for _ in range(4):
         R, omega = draw.tilted(rng, 0.3, 1.0), draw.vector(rng, 2.0)
         yaw = numbers(f(R, omega), ())
-        expect_heading_rate(0.0, R, np.array((omega[0], omega[1], yaw)), atol=1e-6)
+        turning = np.array((omega[0], omega[1], yaw))
+        expect_heading_rate(0.0, R, turning, message="With your yaw rate the heading still turns.")
