@@ -21,6 +21,7 @@ from grader.markdown import harmless
 
 MAX_FILE = 20 * 2**20  # bytes of a submission
 MAX_PARTS = 300_000  # lists and records in it: each costs a hundred times its two bytes
+MAX_CELLS = 2000
 MAX_CELL = 100_000  # characters of one cell
 MAX_EXTRA = 100  # cells of the student's own
 MAX_EXTRA_TEXT = 500_000  # characters of these, together
@@ -120,6 +121,8 @@ def parse(data: bytes) -> list[Cell]:
         raise NotANotebook("it is not JSON, or it was cut short") from error
     if not isinstance(notebook, dict) or not isinstance(notebook.get("cells"), list):
         raise NotANotebook("it has no list of cells")
+    if len(notebook["cells"]) > MAX_CELLS:
+        raise NotANotebook(f"it has {len(notebook['cells'])} cells; at most {MAX_CELLS} are read")
     if notebook.get("nbformat") != 4:
         raise NotANotebook("it is not in notebook format 4: open it in JupyterLab and save it")
     return [c for c in map(_plain, notebook["cells"]) if c is not None]
@@ -163,7 +166,8 @@ def graft_file(release: Notebook, path: Path, root: Path) -> Graft:
         if path.lstat().st_nlink > 1:
             made.notes.append("The submitted file has a second name (a hard link): whose is it?")
         return _finish(made.notebook, made.notes, readable=True)
-    except (NotANotebook, OSError) as why:
+    except (NotANotebook, OSError, MemoryError, RecursionError) as error:
+        why = "it takes too much memory" if isinstance(error, MemoryError) else error
         notes = [f"The submitted file {path.name} cannot be read as a notebook: {why}."]
         return _finish(copy.deepcopy(release), notes, readable=False)
 

@@ -59,8 +59,10 @@ def mark(notebook: Notebook, options: Options) -> Marks:
     """
     wanted = {_grade_id(c): _exercise(c) for c in notebook["cells"] if is_check(c)}
     steps = steps_of(notebook)
-    readable = notebook["metadata"].get(METADATA, {}).get("readable", True)
-    name = cache.key(steps, list(wanted), readable, options.seed, options.limits)
+    said = notebook["metadata"].get(METADATA, {})
+    readable = said.get("readable", True)
+    why = [] if readable else said["notes"]  # all that a student is told of an unreadable file
+    name = cache.key(steps, list(wanted), readable, why, options.seed, options.limits)
     kept = None if options.again else cache.load(options.cache, name)
     if kept is not None:
         return Marks(kept["checks"], kept["faults"])
@@ -68,8 +70,7 @@ def mark(notebook: Notebook, options: Options) -> Marks:
     if readable:
         marks = _judge_all(notebook, steps, wanted, options)
     else:
-        notes = notebook["metadata"][METADATA]["notes"]
-        marks = Marks({k: _nothing(x, notes) for k, x in wanted.items()}, {})
+        marks = Marks({k: _nothing(x, why) for k, x in wanted.items()}, {})
     cache.save(options.cache, name, {"checks": marks.checks, "faults": marks.faults})
     return marks._replace(seconds=time.monotonic() - began, kept=False)
 

@@ -38,6 +38,10 @@ class ProcessEnded(Exception):
     """The student's process ended during the call (exit, crash, out of memory)."""
 
 
+class TookTooLong(TimeoutError):
+    """We stopped waiting. A type of our own: a student's function may raise TimeoutError itself."""
+
+
 def _error(name: str) -> Exception:
     """The exception of this name, without the student's text."""
     import uavlab.errors
@@ -59,7 +63,7 @@ class Answer:
 
     def __init__(self, remote: Remote, name: str) -> None:
         self._remote, self.__name__ = remote, name
-        self.faults: list[TimeoutError | ProcessEnded] = []
+        self.faults: list[TookTooLong | ProcessEnded] = []
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Call it; raises what `Remote.call` does."""
@@ -67,7 +71,7 @@ class Answer:
             raise type(self.faults[-1])("it is not called again")
         try:
             return self._remote.call(self.__name__, args, kwargs)
-        except (TimeoutError, ProcessEnded) as error:
+        except (TookTooLong, ProcessEnded) as error:
             self.faults.append(error)
             raise
 
@@ -122,8 +126,8 @@ class Remote:
 
         Raises
         ------
-        TimeoutError
-            It took too long.
+        TookTooLong
+            No answer in time.
         ProcessEnded
             It ended its process, or broke the protocol.
         Exception
@@ -140,7 +144,7 @@ class Remote:
             reply = self._timed(channel, message, self._limits.call)
             return _result(reply, arrays)
         except WorkerLate:
-            raise TimeoutError(self._late(self._limits.call)) from None
+            raise TookTooLong(self._late(self._limits.call)) from None
         except (WorkerDied, ProtocolError):
             self._drop()
             raise ProcessEnded(

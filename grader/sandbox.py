@@ -91,6 +91,15 @@ def _bind(source: Path, target: str, made: set[str]) -> list[str]:
     return [*arguments, "--ro-bind", str(source), target]
 
 
+def _installed(shown: Path) -> list[Path]:
+    """Other installations of the course below a folder that is shown: their solutions, their hidden checks."""
+    found = [shown / name for name in ("uavlab", "grader")]
+    for below in ("*-packages", "python3*/*-packages", "*/python3*/*-packages"):
+        for name in ("uavlab", "grader"):
+            found += shown.glob(f"{below}/{name}")
+    return [p for p in found if p.is_dir() and shown.resolve() in p.resolve().parents]
+
+
 def _mask() -> list[str]:
     """Cover what must not be read although a folder around it is shown."""
     library = _library()
@@ -101,8 +110,7 @@ def _mask() -> list[str]:
         for secret in (library / "solutions", _ROOM):
             if secret.exists() and shown in secret.parents:
                 hidden.append(str(secret))
-        if (shown / "uavlab" / "solutions").exists():
-            hidden.append(str(shown / "uavlab" / "solutions"))
+        hidden += map(str, _installed(shown))
     return [x for path in sorted(set(hidden)) for x in ("--size", "4096", "--tmpfs", path)]
 
 

@@ -16,7 +16,9 @@ keyctl add_key request_key personality syslog acct quotactl swapon swapoff reboo
 init_module finit_module delete_module kexec_load kexec_file_load iopl ioperm
 settimeofday clock_settime clock_adjtime adjtimex sethostname setdomainname
 memfd_create memfd_secret shmget shmat msgget semget mq_open
-inotify_init inotify_init1 fanotify_init name_to_handle_at open_by_handle_at mknod mknodat
+inotify_init inotify_init1 fanotify_init fanotify_mark io_setup io_submit listmount statmount flock
+name_to_handle_at open_by_handle_at
+mknod mknodat mkdir mkdirat symlink symlinkat link linkat
 setuid setgid setreuid setregid setresuid setresgid setfsuid setfsgid setgroups capset
 """
 
