@@ -145,7 +145,8 @@ def body_axes_turned(f: Function, rng: np.random.Generator) -> None:
         angles, arm, c, spins = draw.layout(rng, n)
         turn = draw.angle(rng)
         M = numbers(f(angles, arm, c, spins), (4, n))
-        expect_close(np.hypot(M[1], M[2]), np.full(n, arm))
+        expect_close(M[1], arm * np.sin(angles))  # true somewhere: any frame turns along
+        expect_close(M[2], -arm * np.cos(angles))
         expect_close(M[0], np.ones(n))
         expect_close(f(angles + turn, arm, c, spins), np.vstack((M[0], so3.about_z(turn) @ M[1:])))
 
@@ -158,6 +159,7 @@ def an_even_ring_hovers(f: Function, rng: np.random.Generator) -> None:
         angles = 2.0 * np.pi * np.arange(n) / n + draw.angle(rng)
         M = numbers(f(angles, arm, c, spins), (4, n))
         expect_close(M @ np.ones(n), (n, 0.0, 0.0, 0.0))
+        expect_close(M[1], arm * np.sin(angles))
         expect_close(M[1:] @ M[1:].T, np.diag((n * arm**2 / 2, n * arm**2 / 2, n * c**2)))
 
 
@@ -168,6 +170,7 @@ def one_above_the_other(f: Function, rng: np.random.Generator) -> None:
     spins = np.repeat((1.0, -1.0), 4)
     M = numbers(f(np.tile(angles, 2), arm, c, spins), (4, 8))
     expect_close(M[:3, :4], M[:3, 4:])
+    expect_close(M[1, :4], arm * np.sin(angles))
     expect_close(M[3], c * spins)
     expect_close(M[2] @ M[2] + M[1] @ M[1], 8 * arm**2)
 
@@ -222,6 +225,8 @@ def steps_add_up(f: Function, rng: np.random.Generator) -> None:
         expect(np.all((first - speed) * (command - first) > 0.0), "It is not on its way.")
         whole = numbers(f(speed, command, tau, a + b), (4,))
         expect_close(f(first, command, tau, b), whole)
+        left = np.exp(-(a + b) / tau)  # steps of any wrong tau add up too
+        expect_close(whole, command + (speed - command) * left, atol=1e-7)
 
 
 @hidden(motor_step)
@@ -320,6 +325,7 @@ def on_the_moon(f: Function, rng: np.random.Generator) -> None:
         here, there = (numbers(f(T, a_t, b_t, g), ()) for g in (9.81, 1.62))
         expect_close(there * 1.62, here * 9.81)
         expect(0.0 < here < there, "Less gravity must mean more mass.")
+        expect_close(here * 9.81 * a_t**2, (T - b_t) ** 2)  # anything over g has the ratio right
 
 
 @hidden(apparent_mass)

@@ -72,6 +72,8 @@ def turning_about_the_vertical(f: Function, rng: np.random.Generator) -> None:
     for low, high in TILTS:
         R, pace = draw.aimed(rng, low, high), float(rng.uniform(0.5, 3.0))
         expect_close(f(R, pace * R[2]), pace)
+        omega = draw.vector(rng, 2.0)  # the vertical part of any turn would do above
+        expect_heading_rate(f(R, omega), R, omega, atol=1e-5)
 
 
 @hidden(heading_rate, weight=2.0)

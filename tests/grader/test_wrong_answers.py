@@ -5,7 +5,10 @@ import pytest
 
 from grader import material
 from grader.judge import judge
+from uavlab import frames, so3
+from uavlab.errors import CheckFailed
 from uavlab.exercises import all_exercises, find
+from uavlab.exercises.expect import expect_heading_rate
 from uavlab.solutions import dynamics, heading
 from uavlab.types import StateRate
 
@@ -259,3 +262,76 @@ def test_answers_learnt_from_the_public_checks_earn_nothing(x):
         return known.get(repr((args, kwargs)), blank)
 
     assert judge(x, by_heart, 11).score == 0.0
+
+
+# Answers that a weak check would let pass -------------------------------------------------------------
+
+
+def two_errors_that_cancel(state, force, torque, *, m, J):
+    return state.v, force / m, np.zeros((3, 3)), np.linalg.solve(J, torque)
+
+
+def by_differences(R, omega):
+    h = 1e-5
+    change = frames.heading(R @ so3.exp(h * omega)) - frames.heading(R @ so3.exp(-h * omega))
+    return frames.wrap(change) / (2.0 * h)
+
+
+def yaw_by_differences(R, heading_rate):
+    return heading_rate / by_differences(R, np.eye(3)[2]) if abs(R[2, 2]) > 1e-6 else 0.0
+
+
+def parasite_by_differences(R, omega):
+    return yaw_by_differences(R, -by_differences(R, omega * (1.0, 1.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "share"),
+    [
+        ("rigid_body_rate", two_errors_that_cancel, 0.5),
+        ("apparent_mass", lambda T, a, b, g: 1.0 / g, 0.0),
+        ("motor_step", lambda s, c, tau, dt: dynamics.motor_step(s, c, 1.0, dt), 0.0),
+        (
+            "allocation_matrix",
+            lambda at, arm, c, s: dynamics.allocation_matrix(at + np.pi / 2, arm, c, s),
+            0.0,
+        ),
+        ("heading_rate", lambda R, omega: R[2] @ omega, 0.0),
+        ("heading_rate", by_differences, 0.4),
+        ("yaw_rate_from_heading_rate", yaw_by_differences, 0.4),
+        ("parasitic_yaw_rate", parasite_by_differences, 0.4),
+    ],
+    ids=lambda v: v if isinstance(v, str) else "",
+)
+def test_an_answer_that_only_keeps_a_symmetry_or_a_difference_earns_little(name, answer, share):
+    verdict = judge(find(name), answer, 3)
+    passed = [r.name for r in verdict.results if r.passed and r.weight]
+    assert verdict.score <= share * verdict.points, passed
+
+
+@pytest.mark.parametrize("kind", [TimeoutError, RuntimeError, OSError, ValueError])
+@pytest.mark.parametrize("name", ["attitude_by_projection", "attitude_with_heading"])
+def test_only_a_refusal_counts_as_one_not_a_hang_or_a_crash(name, kind):
+    x = find(name)
+
+    def answer(f_d, heading_d):
+        try:
+            return reference(x)(f_d, heading_d)
+        except ValueError:
+            raise kind from None
+
+    assert (judge(x, answer, 3).score == x.points) == (kind is ValueError)
+
+
+def test_the_public_helper_does_not_give_the_heading_rate_away():
+    R, omega = so3.exp(np.array((0.3, -0.4, 1.0))), np.array((0.5, 1.1, -0.7))
+    right = heading.heading_rate(R, omega)
+    with pytest.raises(CheckFailed) as failed:
+        expect_heading_rate(right + 50.0, R, omega)
+    frame, seen = failed.value.__traceback__, []
+    while frame is not None:
+        if frame.tb_frame.f_code.co_filename.endswith("expect.py"):
+            seen += [v for v in frame.tb_frame.f_locals.values() if isinstance(v, float)]
+        frame = frame.tb_next
+    assert not any(abs(v - right) < 1e-3 for v in seen)
+    assert f"{right:.3f}" not in str(failed.value)
