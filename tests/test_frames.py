@@ -1,5 +1,7 @@
 """Headings, and changes of world."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from uavlab import frames, so3
 from uavlab.frames import Shift
-from uavlab.types import Imu, State
+from uavlab.types import Estimate, State
 
 angles = st.floats(-10.0, 10.0)
 shifts = st.builds(
@@ -54,5 +56,19 @@ def test_distances_do_not_depend_on_the_world():
 
 
 def test_a_field_that_is_not_known_is_refused():
-    with pytest.raises(TypeError, match="accel"):
-        frames.moved(Imu(0.0, np.zeros(3), np.zeros(3)), Shift(np.zeros(3), 0.0))
+    class Smell(NamedTuple):
+        strength: float
+
+    with pytest.raises(TypeError, match="strength"):
+        frames.moved(Smell(1.0), Shift(np.zeros(3), 0.0))
+
+
+@given(shifts)
+def test_an_estimate_remembers_where_its_world_went(shift):
+    x = Estimate(np.ones(3), np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3), "gnss")
+    there = frames.moved(x, shift)
+    assert there.world == "gnss"
+    back = frames.moved(there, frames.inverse(there.shift))
+    assert back.r == pytest.approx(x.r, abs=1e-9)
+    assert back.shift.r == pytest.approx(np.zeros(3), abs=1e-9)
+    assert frames.wrap(back.shift.heading) == pytest.approx(0.0, abs=1e-9)

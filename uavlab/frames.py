@@ -3,12 +3,41 @@
 from __future__ import annotations
 
 from math import atan2, pi
-from typing import Any, NamedTuple, TypeVar
-
-import numpy as np
+from typing import Any, TypeVar
 
 from uavlab.so3 import about_z
-from uavlab.types import Command, Estimate, Fix, Mat3, Pose, Reference, State, Vec3
+from uavlab.types import (
+    NO_SHIFT,
+    Attitude,
+    Command,
+    Estimate,
+    Fix,
+    Height,
+    Mat3,
+    Pose,
+    Reference,
+    Shift,
+    State,
+)
+
+__all__ = ["NO_SHIFT", "Shift", "compose", "heading", "inverse", "moved", "wrap"]
+
+# What is told in the body, or is a rate or a time, is the same in every world.
+_STAYS = {
+    "omega",
+    "omega_d",
+    "f_d",
+    "heading_rate",
+    "t",
+    "std",
+    "accel",
+    "gyro",
+    "m",
+    "d",
+    "v_B",
+    "b",
+}
+_STAYS |= {"world"}
 
 
 def heading(R: Mat3) -> float:
@@ -32,16 +61,6 @@ def wrap(angle: float) -> float:
     return (angle + pi) % (2.0 * pi) - pi
 
 
-class Shift(NamedTuple):
-    """Change of world: ``r_new = Rz(heading) r_old + r`` (z stays vertical, so four degrees of freedom)."""
-
-    r: Vec3  # (3,) [m], where the old origin lies in the new world
-    heading: float  # [rad], how far the old world is turned in the new one
-
-
-NO_SHIFT = Shift(np.zeros(3), 0.0)
-
-
 def inverse(shift: Shift) -> Shift:
     """The shift that undoes `shift`."""
     return Shift(-(about_z(-shift.heading) @ shift.r), -shift.heading)
@@ -53,18 +72,19 @@ def compose(second: Shift, first: Shift) -> Shift:
     return Shift(r, wrap(first.heading + second.heading))
 
 
-T = TypeVar("T", State, Estimate, Reference, Command, Fix, Pose)
+T = TypeVar("T", State, Estimate, Reference, Command, Fix, Pose, Attitude, Height)
 
 
 def moved(x: T, shift: Shift) -> T:
     """The same thing, told in the new world: positions, free vectors, rotations and headings.
 
     Fields are moved by what they are (`uavlab.types`): ``r`` is a point, ``v a j a_d`` are world vectors, ``R`` a
-    rotation, ``heading`` an angle; body quantities (``omega f_d accel``) and rates of heading stay.
+    rotation, ``heading`` an angle, ``z`` a height; body quantities (``omega f_d accel``) and rates of heading stay. The
+    ``shift`` of an `Estimate` says where its world went, and goes along.
 
     Parameters
     ----------
-    x : State, Estimate, Reference, Command, Fix or Pose
+    x : State, Estimate, Reference, Command or a reading
         Told in the old world.
     shift : Shift
         Old world → new world.
@@ -84,7 +104,11 @@ def moved(x: T, shift: Shift) -> T:
             new[name] = Rz @ value
         elif name == "heading":
             new[name] = wrap(value + shift.heading)
-        elif name in {"omega", "omega_d", "f_d", "heading_rate", "t"}:
+        elif name == "z":
+            new[name] = value + shift.r[2]
+        elif name == "shift":
+            new[name] = compose(shift, value)
+        elif name in _STAYS:
             new[name] = value
         else:
             raise TypeError(f"moved() does not know how {type(x).__name__}.{name} changes worlds")

@@ -21,16 +21,35 @@ from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 
 from uavlab.frames import Shift
-from uavlab.types import GRAVITY, Command, Estimate, Fix, Imu, Pose, Reference
+from uavlab.types import (
+    GRAVITY,
+    Attitude,
+    Bearings,
+    Command,
+    Estimate,
+    Field,
+    Fix,
+    Flow,
+    Height,
+    Hypothesis,
+    Imu,
+    Pose,
+    Range,
+    Reference,
+)
 
 Memory: TypeAlias = Any
-Reading: TypeAlias = Imu | Fix | Pose
+Reading: TypeAlias = Imu | Fix | Pose | Attitude | Field | Height | Range | Flow | Bearings
 Readings: TypeAlias = Mapping[str, Reading]  # by instrument; only what arrived since the last tick
 
 
 @runtime_checkable
 class Estimator(Protocol):
-    """Readings and the last command → an estimate."""
+    """Readings and the last command → an estimate.
+
+    An estimator may change the world in which it tells its estimate (a bank of filters does when another one takes
+    over). It says so in ``estimate.shift``; the loop then moves the memory of every other part, and nothing is felt.
+    """
 
     def init(self, estimate: Estimate) -> Memory:
         """Memory that continues from `estimate`."""
@@ -44,6 +63,10 @@ class Estimator(Protocol):
 
     def reframe(self, memory: Memory, shift: Shift) -> Memory:
         """The same memory, told in the new world."""
+        ...
+
+    def hypotheses(self, memory: Memory) -> Mapping[str, Hypothesis]:
+        """What each filter of a bank believes, by name, in its own world; empty for a single filter."""
         ...
 
 

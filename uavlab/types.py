@@ -38,6 +38,17 @@ class StateRate(NamedTuple):
     omega_dot: Vec3  # (3,) [rad/s²], body
 
 
+class Shift(NamedTuple):
+    """Change of world: ``r_new = Rz(heading) r_old + r`` (z stays vertical, so four degrees of freedom)."""
+
+    r: Vec3  # (3,) [m], where the old origin lies in the new world
+    heading: float  # [rad], how far the old world is turned in the new one
+
+
+NO_SHIFT = Shift(np.zeros(3), 0.0)
+NO_SHIFT.r.setflags(write=False)
+
+
 class Imu(NamedTuple):
     """One sample of an inertial measurement unit."""
 
@@ -52,14 +63,57 @@ class Fix(NamedTuple):
     t: float  # [s] when it was true
     r: Vec3  # (3,) position [m], world of the receiver
     v: Vec3  # (3,) velocity [m/s]
+    std: float = 0.0  # [m], what the receiver says of its error; 0: it says nothing
 
 
 class Pose(NamedTuple):
-    """One pose of a motion-capture system."""
+    """One pose of a motion-capture system, or of visual SLAM."""
 
     t: float  # [s] when it was true
-    r: Vec3  # (3,) position [m], world of the cameras
+    r: Vec3  # (3,) position [m], world of the cameras or of the map
     R: Mat3  # (3, 3) body → world
+
+
+class Attitude(NamedTuple):
+    """One attitude of the embedded autopilot: its tilt is good, its heading wanders."""
+
+    t: float  # [s] when it was true
+    R: Mat3  # (3, 3) body → the autopilot's own world
+
+
+class Field(NamedTuple):
+    """One sample of a magnetometer."""
+
+    t: float  # [s] when it was true
+    m: Vec3  # (3,) magnetic field, body, in units of the earth's
+
+
+class Height(NamedTuple):
+    """One height of a barometer."""
+
+    t: float  # [s] when it was true
+    z: float  # [m] above where it was switched on
+
+
+class Range(NamedTuple):
+    """One distance of a rangefinder that looks down."""
+
+    t: float  # [s] when it was true
+    d: float  # [m] to the ground, along the negative body z axis
+
+
+class Flow(NamedTuple):
+    """One velocity of an optic-flow camera that looks down."""
+
+    t: float  # [s] when it was true
+    v_B: Array  # (2,) velocity along the body x and y axes [m/s], rotation taken off
+
+
+class Bearings(NamedTuple):
+    """Directions to beacons, from one image."""
+
+    t: float  # [s] when it was true
+    b: Array  # (n, 3) unit vectors to the beacons, body; NaN where one was not seen
 
 
 class Estimate(NamedTuple):
@@ -70,6 +124,19 @@ class Estimate(NamedTuple):
     a: Vec3  # (3,) acceleration [m/s²]
     R: Mat3  # (3, 3) body → world
     omega: Vec3  # (3,) angular velocity [rad/s], body
+    world: str = ""  # whose world this is told in: the hypothesis that flies, if there are several
+    shift: Shift = NO_SHIFT  # from the world in which the flight began to the one this is told in
+
+
+class Hypothesis(NamedTuple):
+    """What one filter of a bank believes, in its own world: 11 states, each axis by itself (MRS Sec. 3.1)."""
+
+    x: Array  # (3, 3), a row for each axis: position [m], velocity [m/s], acceleration [m/s²]
+    P: Array  # (3, 3, 3) covariance of each row
+    h: Array  # (2,) heading [rad] and heading rate [rad/s]
+    P_h: Array  # (2, 2) its covariance
+    nis: float  # normalised innovation squared per degree of freedom, lately; about 1 when all is well
+    reliable: bool  # healthy enough to fly on
 
 
 class Reference(NamedTuple):

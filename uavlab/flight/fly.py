@@ -15,9 +15,10 @@ from uavlab.flight.fill import Filled, stack
 from uavlab.flight.log import Log
 from uavlab.flight.recorder import Recorder
 from uavlab.flight.scenario import Scenario, checked
+from uavlab.frames import compose, inverse, moved
 from uavlab.interfaces import Stack, standing_command
 from uavlab.plant import CompiledPlant, gusts, load_airframe
-from uavlab.types import Command, Estimate, Exit, Reference
+from uavlab.types import Command, Estimate, Exit, Reference, Shift
 
 HARD_IMPACT = 3.0  # [m/s], what landing feet bear
 
@@ -162,9 +163,12 @@ class _Mind:
         goal = None
         self.doing = "estimator"
         if tick:  # at the first tick the estimate is the start itself
+            was = self.estimate.shift
             self.estimating, self.estimate = self.parts.estimator.step(
                 self.estimating, readings, self.command, dt
             )
+            if self.estimate.shift is not was:
+                self._reframe(compose(self.estimate.shift, inverse(was)))
         estimate = self.estimate
         self.doing = "mission"
         if tick % self.every == 0:
@@ -176,6 +180,13 @@ class _Mind:
             self.controlling, estimate, reference, dt
         )
         return estimate, reference, self.command
+
+    def _reframe(self, shift: Shift) -> None:
+        """The estimator tells its world anew: whatever else remembers a place is told it, too (MRS Sec. 3.5)."""
+        self.pursuing = self.mission.reframe(self.pursuing, shift)
+        self.tracking = self.parts.tracker.reframe(self.tracking, shift)
+        self.controlling = self.parts.controller.reframe(self.controlling, shift)
+        self.command = moved(self.command, shift)
 
 
 def _bad_end(world: Any, command: Command, scenario: Scenario) -> Ending | None:

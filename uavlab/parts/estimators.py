@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from uavlab.frames import Shift, moved
 from uavlab.interfaces import Readings
 from uavlab.so3 import exp
-from uavlab.types import Command, Estimate, Fix, Imu, Pose
+from uavlab.types import Command, Estimate, Fix, Hypothesis, Imu, Pose
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class AlphaBetaGamma:
         self, memory: tuple[Estimate, float], readings: Readings, command: Command, dt: float
     ) -> tuple[tuple[Estimate, float], Estimate]:
         """Predict by `dt` [s], then correct with what arrived."""
-        (r, v, a, R, omega), age = memory
+        (r, v, a, R, omega, world, shift), age = memory
         r, v = r + (v + a * (0.5 * dt)) * dt, v + a * dt
         age += dt
 
@@ -49,9 +50,13 @@ class AlphaBetaGamma:
             e = fix.r - r
             r, v, a = r + e * min(3 * x, 1.0), v + e * (3 * x * x / age), a + e * (x**3 / age**2)
             age = 0.0
-        estimate = Estimate(r, v, a, R, omega)
+        estimate = Estimate(r, v, a, R, omega, world, shift)
         return (estimate, age), estimate
 
     def reframe(self, memory: tuple[Estimate, float], shift: Shift) -> tuple[Estimate, float]:
         """The same belief, told in the new world."""
         return moved(memory[0], shift), memory[1]
+
+    def hypotheses(self, memory: tuple[Estimate, float]) -> Mapping[str, Hypothesis]:
+        """It has one belief only."""
+        return {}
