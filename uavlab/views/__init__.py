@@ -6,6 +6,7 @@ Both are imported when something is drawn, not before.
 from uavlab.views.picture import picture
 from uavlab.views.plots import plot_compare, plot_flight, plot_heading, plot_path, save
 from uavlab.views.replay import Target, replay
+from uavlab.views.reproduction import plot_outcome
 from uavlab.views.show import Shown, show
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "plot_compare",
     "plot_flight",
     "plot_heading",
+    "plot_outcome",
     "plot_path",
     "replay",
     "save",
