@@ -8,7 +8,7 @@ ifneq ($(wildcard ../shared/data/README.md),)
 export UAVLAB_DATA ?= $(abspath ../shared/data)
 endif
 
-.PHONY: help setup demo test test-fast check lint format types imports spell labs lab book ship bench golden lock clean
+.PHONY: help setup demo test test-fast check lint format types imports spell labs lab book ship bench reproduce golden lock clean
 
 help:  ## what there is to run
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1|/' | column -t -s '|'
@@ -72,6 +72,9 @@ lock:  ## resolve the dependencies again into requirements.lock and benchmarks/r
 	  --group grader --group test --group check --group book --group lab pyproject.toml -o requirements.lock
 	$(BIN)/uv pip compile -q --universal --generate-hashes --no-emit-index-url --no-annotate --no-header \
 	  -c requirements.lock --group bench pyproject.toml -o benchmarks/requirements.lock
+
+reproduce: setup  ## fly every published experiment again, into book/reproductions
+	-$(BIN)/uavlab reproduce --all --jobs 2 --out book/reproductions
 
 golden: setup  ## write the golden flights anew; read the difference
 	$(BIN)/python -m tests.flight.test_golden

@@ -15,13 +15,15 @@ from pathlib import Path
 
 from grader.build import ROOT, find_labs, lab_paths
 from grader.build_lab import Cell, Lab
+from grader.build_reproductions import reproductions_page
 from uavlab.errors import BadFile
 from uavlab.exercises import STEMS, Exercise
 
 FRONT_MATTER = (
     "---\nfile_format: mystnb\nkernelspec:\n  display_name: Python 3\n  name: python3\n---\n"
 )
-PAGES = {".md", ".py", ".bib", ".css", ".png", ".svg"}
+PAGES = {".md", ".py", ".bib", ".css", ".svg"}
+PICTURES = {".png"}
 
 
 def build_book(out: Path = ROOT / "build" / "book", *, root: Path = ROOT) -> Path:
@@ -71,10 +73,14 @@ def write_pages(stage: Path, labs: Sequence[Lab], root: Path) -> None:
     pages |= {f"labs/{lab.stem}.md": lab_page(lab, digest) for lab in labs}
     pages["contributing.md"] = (root / "CONTRIBUTING.md").read_text(encoding="utf-8")
     pages["syllabus.md"] = syllabus((root / "course" / "syllabus.md").read_text("utf-8"), labs)
+    page = pages["reproductions.md"]
+    pages["reproductions.md"] = reproductions_page(page, book / "reproductions")
     order = [name for stem in STEMS for name in (stem, f"labs/{stem}") if f"{name}.md" in pages]
     pages["index.md"] = pages["index.md"].replace("@chapters@", "\n".join(order))
     for name, text in pages.items():
         _write(stage / name, text)
+    for picture in (p for p in book.rglob("*") if p.suffix in PICTURES):
+        _copy(picture, stage / picture.relative_to(book))
     for old in stage.rglob("*.md"):
         if str(old.relative_to(stage)) not in pages:
             old.unlink()
@@ -166,6 +172,12 @@ def _write(path: Path, text: str) -> None:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
+
+
+def _copy(path: Path, target: Path) -> None:
+    if not target.is_file() or target.read_bytes() != path.read_bytes():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, target)
 
 
 def _take_along(labs: Path, out: Path) -> None:
