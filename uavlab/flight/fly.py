@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import isfinite
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ from uavlab.flight.scenario import Scenario, checked
 from uavlab.frames import compose, inverse, moved
 from uavlab.interfaces import Stack, standing_command
 from uavlab.plant import CompiledPlant, gusts, load_airframe
-from uavlab.types import Command, Estimate, Exit, Reference, Shift
+from uavlab.types import Command, Estimate, Exit, Hypothesis, Reference, Shift
 
 HARD_IMPACT = 3.0  # [m/s], what landing feet bear
 
@@ -77,15 +77,10 @@ def fly(
     world_of = plant or CompiledPlant(airframe)
 
     ticks = round(scenario.duration * scenario.rate)
-    record = Recorder(ticks, airframe)
-    ending = _run(
-        scenario,
-        _Mind(mind, scenario, float(airframe.m)),
-        world_of,
-        seed,
-        record,
-        progress or (lambda _t, _end: None),
-    )
+    at_work = _Mind(mind, scenario, float(airframe.m))
+    record = Recorder(ticks, airframe, tuple(at_work.hypotheses()))
+    say = progress or (lambda _t, _end: None)
+    ending = _run(scenario, at_work, world_of, seed, record, say)
     meta = {
         "scenario": scenario.name,
         "summary": scenario.summary,
@@ -126,6 +121,7 @@ def _run(
             estimate, reference, command = mind.think(tick, readings, dt)
             solve = perf_counter() - start
             record.write(tick, world, wind, estimate, reference, command, solve)
+            record.believe(tick, estimate, mind.hypotheses())
             if bad := _bad_end(world, command, scenario):
                 return bad
             mind.doing = "plant"
@@ -180,6 +176,10 @@ class _Mind:
             self.controlling, estimate, reference, dt
         )
         return estimate, reference, self.command
+
+    def hypotheses(self) -> Mapping[str, Hypothesis]:
+        """What each filter of a bank believes now; nothing for a single one."""
+        return self.parts.estimator.hypotheses(self.estimating)
 
     def _reframe(self, shift: Shift) -> None:
         """The estimator tells its world anew: whatever else remembers a place is told it, too (MRS Sec. 3.5)."""

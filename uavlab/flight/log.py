@@ -11,9 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from uavlab.errors import BadFile
+from uavlab.flight.worlds import NO_WORLDS, Worlds
+from uavlab.flight.worlds import UNITS as WORLDS_UNITS
 from uavlab.types import Array, Exit
 
-VERSION = 1
+VERSION = 2  # 1 had no worlds; it is still read
 
 # Unit and frame of every field: printed by plots, written into the file.
 UNITS = {
@@ -53,6 +55,7 @@ class Log(NamedTuple):
     exit: Exit  # how it ended
     reason: str  # where and why, in a sentence
     meta: dict[str, Any]  # scenario, airframe, seed, provenance, rates, arm lengths for the views
+    worlds: Worlds = NO_WORLDS  # which hypothesis flew, and what each believed
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one .npz, units included. A log that exists is replaced whole or not at all."""
@@ -60,9 +63,11 @@ class Log(NamedTuple):
         if path.suffix != ".npz":
             path = path.with_name(path.name + ".npz")
         arrays = {k: getattr(self, k) for k in UNITS}
+        arrays |= {f"worlds.{k}": getattr(self.worlds, k) for k in WORLDS_UNITS}
         head = {
             "version": VERSION,
-            "units": UNITS,
+            "units": UNITS | {f"worlds.{k}": unit for k, unit in WORLDS_UNITS.items()},
+            "worlds": self.worlds.names,
             "exit": self.exit.name,
             "reason": self.reason,
             "meta": self.meta,
@@ -89,11 +94,15 @@ def load_log(path: str | os.PathLike[str]) -> Log:
             if "head" not in data:
                 raise BadFile(f"{path} is not a uavlab log: it has no head. Log.save writes one.")
             head = json.loads(str(data["head"]))
-            if head["version"] != VERSION:
+            if head["version"] not in {1, VERSION}:
                 raise BadFile(
-                    f"{path} is a log of version {head['version']}; this uavlab reads version {VERSION}."
+                    f"{path} is a log of version {head['version']}; this uavlab reads versions 1 to {VERSION}."
                 )
             arrays = {k: data[k] for k in UNITS}
+            worlds = NO_WORLDS
+            if head["version"] > 1:
+                beliefs = {k: data[f"worlds.{k}"] for k in WORLDS_UNITS}
+                worlds = Worlds(tuple(head["worlds"]), **beliefs)
     except FileNotFoundError:
         raise BadFile(f"no log at {path}.") from None
     except (KeyError, ValueError, EOFError, TypeError, zipfile.BadZipFile):
@@ -101,4 +110,6 @@ def load_log(path: str | os.PathLike[str]) -> Log:
             f"{path} is not a whole uavlab log; it may be cut short or something else. "
             "Fly and save it again."
         ) from None
-    return Log(**arrays, exit=Exit[head["exit"]], reason=head["reason"], meta=head["meta"])
+    return Log(
+        **arrays, exit=Exit[head["exit"]], reason=head["reason"], meta=head["meta"], worlds=worlds
+    )

@@ -7,12 +7,13 @@ from collections.abc import Callable
 import numpy as np
 
 from uavlab.flight.log import Log
+from uavlab.flight.worlds import told
 from uavlab.types import Array
 
 
 def position_error(log: Log) -> Array:
-    """Distance of the true position from the reference [m], shape (N,)."""
-    return np.linalg.norm(log.r - log.r_d, axis=1)
+    """Distance of the true position from the reference [m], shape (N,), whatever world the reference was told in."""
+    return np.linalg.norm(log.r - told(log).r_d, axis=1)
 
 
 def headings(log: Log) -> Array:
@@ -22,7 +23,7 @@ def headings(log: Log) -> Array:
 
 def heading_error(log: Log) -> Array:
     """True heading less the wanted one [rad], in [−π, π), shape (N,)."""
-    return (headings(log) - log.heading_d + np.pi) % (2 * np.pi) - np.pi
+    return (headings(log) - told(log).heading_d + np.pi) % (2 * np.pi) - np.pi
 
 
 def tilt(log: Log) -> Array:
