@@ -26,7 +26,7 @@ test: setup lint types imports spell  ## everything that must hold; CI runs this
 	$(BIN)/python -m pytest -n auto --dist loadfile
 
 test-fast: setup  ## the tests of under a minute
-	$(BIN)/python -m pytest -m "not slow and not lab" -n auto
+	$(BIN)/python -m pytest -m "not slow and not lab" -n auto --dist loadfile
 
 check: test  ## the same as test: lint, types, imports, spelling, tests
 
