@@ -2,6 +2,9 @@
 
 The stub's signature and docstring become the answer cell of the lab; the checks are what the student runs, what the
 grader runs again with other numbers, and what the tests run against reference, stub, mutants and variants.
+
+A stub may be a class. Then a check gets the class, makes an object of it and calls its methods; ``Memory`` that these
+take and give is the student's own, to be held and handed back but not looked into (`uavlab.exercises.classes`).
 """
 
 from __future__ import annotations
@@ -10,17 +13,19 @@ import inspect
 import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from uavlab.errors import CheckFailed, UnknownName
+from uavlab.exercises.classes import Method, class_source, methods_of
 from uavlab.types import Array
 
 STEMS = ("dynamics", "heading")  # the labs that exist, in order; their numbers are the positions
 
-Function = Callable[..., Any]  # what a student writes
+Function = Callable[..., Any]  # what a student writes: a function, or a class
 CheckFunction = Callable[[Function, np.random.Generator], None]
 
 
@@ -60,6 +65,16 @@ class Exercise:
         return self.stub.__module__.rsplit(".", 1)[-1]
 
     @property
+    def is_class(self) -> bool:
+        """Whether a class is asked for, not a function."""
+        return isinstance(self.stub, type)
+
+    @cached_property
+    def methods(self) -> dict[str, Method]:
+        """The public methods of the class that is asked for, by name; of a function, none."""
+        return methods_of(self.stub) if isinstance(self.stub, type) else {}
+
+    @property
     def unfinished(self) -> str:
         """The one message of a stub that nobody has filled in."""
         return f"{self.name} is not finished yet: write it in its answer cell ({self.reads})."
@@ -79,6 +94,8 @@ class Exercise:
 
     def source(self) -> str:
         """The stub as the student sees it: signature, docstring, and its one message."""
+        if isinstance(self.stub, type):
+            return class_source(self.stub, self.unfinished)
         lines = textwrap.dedent(inspect.getsource(self.stub)).splitlines()
         start = next(i for i, s in enumerate(lines) if s.startswith(("def ", "class ")))
         text = "\n".join(lines[start:]).rstrip()
@@ -92,10 +109,16 @@ class Exercise:
 
 
 def exercise(*, points: float, reads: str) -> Callable[[Function], Exercise]:
-    """Declare an exercise: put this above a stub with a full signature and docstring and the body ``...``."""
+    """Declare an exercise: put this above a stub with a full signature and docstring and the body ``...``.
+
+    Of a class, every method that is asked for has these.
+    """
 
     def declare(stub: Function) -> Exercise:
-        return Exercise(stub, points, reads)
+        made = Exercise(stub, points, reads)
+        if made.is_class and not made.methods:
+            raise TypeError(f"{made.name} asks for a class without a public method")
+        return made
 
     return declare
 

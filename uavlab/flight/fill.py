@@ -28,9 +28,15 @@ class Filled(NamedTuple):
     provenance: dict[str, str]  # function or part → mine, reference or stand-in
 
 
-def unfinished(function: Any) -> bool:
-    """Whether `function` is a stub that nobody has filled in: all that it does is say so."""
-    code = getattr(function, "__code__", None)
+def unfinished(answer: Any) -> bool:
+    """Whether `answer` is a stub that nobody has filled in: all that it does is say so.
+
+    A class counts as unfinished as long as one of its public methods is: it could not fly.
+    """
+    if isinstance(answer, type):
+        public = [value for name, value in vars(answer).items() if not name.startswith("_")]
+        return any(unfinished(x) for x in public if not isinstance(x, type))
+    code = getattr(answer, "__code__", None)
     if code is None or code.co_names != ("NotImplementedError",):
         return False
     return any(isinstance(c, str) and "is not finished yet" in c for c in code.co_consts)
