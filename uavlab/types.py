@@ -139,6 +139,118 @@ class Hypothesis(NamedTuple):
     reliable: bool  # healthy enough to fly on
 
 
+class VerticalMemory(NamedTuple):
+    """What a barometer and an accelerometer say of the vertical: Filter 0 of Bangura."""
+
+    z: float  # [m] height, as the barometer counts it
+    v_z: float  # [m/s] vertical velocity, world, up
+    b_z: float  # [m/s²] bias of the vertical acceleration, world, up
+
+
+class VerticalGains(NamedTuple):
+    """Gains of Filter 0. Its error decays like s³ + k_1 s² + k_2 s + k_3: three poles at −1 rad/s."""
+
+    k_1: float = 3.0  # [1/s] on the height
+    k_2: float = 3.0  # [1/s²] on the velocity
+    k_3: float = 1.0  # [1/s³] on the bias; must stay below k_1 k_2
+
+
+class BodyMemory(NamedTuple):
+    """Filter 1 of Bangura: velocity through the air, told in the body, and attitude."""
+
+    V: Vec3  # (3,) velocity through the air [m/s], body
+    R: Mat3  # (3, 3) body → world
+    u: float  # latent scaling of the attitude [1]; 1 when all is well
+    b_a: Vec3  # (3,) accelerometer bias [m/s²], body
+    b_omega: Vec3  # (3,) gyro bias [rad/s], body
+
+
+class InertialMemory(NamedTuple):
+    """Filter 2 of Bangura: velocity over ground, told in the world, and attitude."""
+
+    v: Vec3  # (3,) velocity over ground [m/s], world
+    R: Mat3  # (3, 3) body → world
+    u: float  # latent scaling of the attitude [1]; 1 when all is well
+    b_a: Vec3  # (3,) accelerometer bias [m/s²], body
+    b_omega: Vec3  # (3,) gyro bias [rad/s], body
+
+
+class AidedGains(NamedTuple):
+    """Gains of a velocity-aided attitude filter (Bangura prints none).
+
+    Near hover the tilt obeys s² + k_v s + g² k_r, the scaling s² + k_v s + g² k_u, the heading s² + h k_m s + h k_b_m
+    with h the squared horizontal field. Each pair should be well damped, tilt before scaling and biases.
+    """
+
+    k_v: float = 3.0  # [1/s] on the velocity
+    k_r: float = 0.025  # [rad s/m²] on the tilt: with k_v = 3 two poles near −1.5 rad/s
+    k_u: float = 0.002  # [s²/m²] on the scaling: slower, poles near −2.9 and −0.07 rad/s
+    k_m: float = 6.0  # [rad/s] on the heading: −1 rad/s where the horizontal field is 0.4
+    k_b_a: float = 0.1  # [1/s] of the velocity innovation, on the accelerometer bias
+    k_b_omega: float = 0.003  # [rad/m²] of the tilt innovation, on the gyro bias; below k_v k_r
+    k_b_m: float = 0.1  # [1/s] of the heading innovation, on the gyro bias
+
+
+class Pull(NamedTuple):
+    """What one filter of a coupled pair adds to the rates of the other."""
+
+    v_dot: Vec3  # (3,) on its velocity [m/s²], in the frame of that velocity
+    turn: Vec3  # (3,) on its attitude [rad/s], an angular velocity told in the world
+    b_a_dot: Vec3  # (3,) on its accelerometer bias [m/s³], body
+
+
+_ZERO = np.zeros(3)
+_ZERO.setflags(write=False)
+NO_PULL = Pull(_ZERO, _ZERO, _ZERO)
+
+
+class CoupledGains(NamedTuple):
+    """Gains of the coupled filters of Bangura."""
+
+    vertical: VerticalGains = VerticalGains()
+    body: AidedGains = AidedGains()
+    inertial: AidedGains = AidedGains()
+    k_1_vc: float = 0.5  # [1/s] velocity of Filter 1 towards that of Filter 2
+    k_2_vc: float = 0.5  # [1/s] velocity of Filter 2 towards that of Filter 1
+    k_1_rc: float = 1.0  # [1/s] attitude of Filter 1 towards that of Filter 2
+    k_2_rc: float = 1.0  # [1/s] attitude of Filter 2 towards that of Filter 1
+    k_1_b_a: float = 0.2  # [1/s] accelerometer bias of Filter 1 towards that of Filter 2
+    k_2_b_a: float = 0.2  # [1/s] accelerometer bias of Filter 2 towards that of Filter 1
+    k_w: float = 0.5  # [1/s] on the wind, which then settles within 10 s
+
+
+class CoupledMemory(NamedTuple):
+    """A memory for the coupled filters of Bangura: the three filters, the wind, and what was measured last."""
+
+    vertical: VerticalMemory
+    body: BodyMemory
+    inertial: InertialMemory
+    w: Vec3  # (3,) wind [m/s], world
+    m_W: Vec3  # (3,) magnetic field, world
+    imu: Imu | None
+    v_meas: Vec3 | None  # (3,) velocity over ground [m/s], world; None while it has dropped out
+    age: float  # [s] since it was measured
+    m_meas: Vec3 | None  # (3,) magnetic field, body
+    z_meas: float | None  # [m]
+    rejected: int  # readings that were not numbers
+
+
+class CoupledEstimate(NamedTuple):
+    """What the coupled filters of Bangura believe."""
+
+    V: Vec3  # (3,) velocity through the air [m/s], body (Filter 1)
+    v: Vec3  # (3,) velocity over ground [m/s], world (Filter 2)
+    a: Vec3  # (3,) acceleration [m/s²], world
+    w: Vec3  # (3,) wind [m/s], world
+    R: Mat3  # (3, 3) body → world (Filter 2)
+    omega: Vec3  # (3,) angular velocity [rad/s], body, bias taken off
+    z: float  # [m] height (Filter 0)
+    u_1: float  # latent scaling of Filter 1 [1]
+    u_2: float  # latent scaling of Filter 2 [1]
+    b_a: Vec3  # (3,) accelerometer bias [m/s²], body (Filter 2)
+    b_omega: Vec3  # (3,) gyro bias [rad/s], body (Filter 2)
+
+
 class Reference(NamedTuple):
     """The reference χ that a controller follows (MRS eq. 16)."""
 
