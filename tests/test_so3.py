@@ -80,3 +80,23 @@ def test_project_finds_the_nearest_rotation():
 def test_what_is_no_rotation_is_refused_with_the_reason(R, said):
     with pytest.raises(BadInput, match=said):
         so3.check_rotation(R)
+
+
+@given(vectors)
+def test_a_rotation_and_its_quaternion_agree_with_scipy_at_every_angle(w):
+    R = so3.exp(w)
+    q = so3.quaternion_from_rotation(R)
+    assert q[0] >= 0.0
+    assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-12)
+    assert so3.rotation_from_quaternion(q) == pytest.approx(R, abs=1e-12)
+    assert Rotation.from_quat(q, scalar_first=True).as_matrix() == pytest.approx(R, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "axis", [*np.eye(3), np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.6, -0.8])]
+)
+def test_half_turns_have_quaternions_too(axis):
+    R = 2 * np.outer(axis, axis) - np.eye(3)
+    assert so3.rotation_from_quaternion(so3.quaternion_from_rotation(R)) == pytest.approx(
+        R, abs=1e-12
+    )

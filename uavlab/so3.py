@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from uavlab.errors import BadInput
-from uavlab.types import Mat3, Vec3
+from uavlab.types import Mat3, Quat, Vec3
 
 
 def hat(w: Vec3) -> Mat3:
@@ -130,6 +130,58 @@ def about_z(psi: float) -> Mat3:
     """Rotation about z by `psi` [rad], shape (3, 3) (the matrix of MRS eq. 14)."""
     c, s = cos(psi), sin(psi)
     return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+
+
+def quaternion_from_rotation(R: Mat3) -> Quat:
+    """Quaternion [w, x, y, z] of a rotation, body → world, with w ≥ 0.
+
+    Divides by the largest of the four, so that it is exact at every angle (Shepperd 1978).
+
+    Parameters
+    ----------
+    R : Mat3
+        Rotation matrix, shape (3, 3).
+
+    Returns
+    -------
+    Quat
+        Unit quaternion, shape (4,).
+    """
+    trace = R[0, 0] + R[1, 1] + R[2, 2]
+    squares = np.array((trace, R[0, 0], R[1, 1], R[2, 2]))
+    i = int(np.argmax(squares))
+    if i == 0:
+        q = np.array((1 + trace, R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]))
+    else:
+        j, k = i % 3 + 1, (i + 1) % 3 + 1
+        q = np.zeros(4)
+        q[0] = R[k - 1, j - 1] - R[j - 1, k - 1]
+        q[i] = 1 + 2 * R[i - 1, i - 1] - trace
+        q[j] = R[j - 1, i - 1] + R[i - 1, j - 1]
+        q[k] = R[k - 1, i - 1] + R[i - 1, k - 1]
+    q = q / sqrt(float(q @ q))
+    return -q if q[0] < 0.0 else q
+
+
+def rotation_from_quaternion(q: Quat) -> Mat3:
+    """Rotation matrix of a unit quaternion [w, x, y, z], body → world.
+
+    Parameters
+    ----------
+    q : Quat
+        Unit quaternion, shape (4,), Hamilton.
+
+    Returns
+    -------
+    Mat3
+        Rotation matrix, shape (3, 3).
+    """
+    w, x, y, z = (float(a) for a in q)
+    return np.array((
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    ))
 
 
 def check_rotation(R: object, name: str = "R", tolerance: float = 1e-6) -> Mat3:
