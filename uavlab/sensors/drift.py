@@ -6,21 +6,21 @@ from math import exp, sqrt
 
 import numpy as np
 
-from uavlab.types import Vec3
+from uavlab.types import Array
 
 
 def drift_step(
-    drift: Vec3, tau: float, walk: float | Vec3, dt: float, rng: np.random.Generator
-) -> Vec3:
-    """`drift` (3,) after `dt` [s] of ḃ = −b/τ + walk · white noise of unit density.
+    drift: Array, tau: float, walk: float | Array, dt: float, rng: np.random.Generator
+) -> Array:
+    """`drift` (n,) after `dt` [s] of ḃ = −b/τ + walk · white noise of unit density.
 
     Parameters
     ----------
-    drift : Vec3
-        In its own unit, (3,).
+    drift : Array
+        In its own unit, (n,).
     tau : float
         Correlation time [s].
-    walk : float or Vec3
+    walk : float or Array
         Density of the driving noise [unit/√s]. The standard deviation tends to walk √(τ/2).
     dt : float
         [s].
@@ -28,4 +28,6 @@ def drift_step(
         Where chance comes from.
     """
     keep = exp(-dt / tau)
-    return keep * drift + walk * sqrt(0.5 * tau * (1.0 - keep * keep)) * rng.standard_normal(3)
+    return keep * drift + walk * sqrt(0.5 * tau * (1.0 - keep * keep)) * rng.standard_normal(
+        len(drift)
+    )

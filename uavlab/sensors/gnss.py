@@ -8,6 +8,15 @@ from typing import NamedTuple, final
 import numpy as np
 
 from uavlab.sensors.drift import drift_step
+from uavlab.sensors.faults import (
+    NO_OUTLIERS,
+    Jump,
+    Outliers,
+    check_faults,
+    check_vectors,
+    jumped,
+    outlier,
+)
 from uavlab.sensors.line import (
     Line,
     Outage,
@@ -43,8 +52,12 @@ class Gnss(NamedTuple):
     drift: Vec3 = np.array((0.5, 0.5, 1.0))  # (3,) [m], standard deviation of the wandering error
     drift_tau: float = 60.0  # [s], its correlation time
     velocity_noise: Vec3 = np.array((0.063, 0.063, 0.126))  # (3,) [m/s]
+    bias: Vec3 = np.zeros(3)  # (3,) [m], constant: where its world lies
+    std: float = 0.0  # [m], what it says of its own error; 0: nothing
     dropout: float = 0.0  # probability that a fix is lost
     outages: tuple[Outage, ...] = ()
+    jumps: tuple[Jump, ...] = ()  # by [m]: a new set of satellites, a reflection that stays
+    outliers: Outliers = NO_OUTLIERS  # size [m], of position
 
     def init(self, rng: np.random.Generator) -> GnssMemory:
         """Switch on: the error is drawn as it would be found.
@@ -61,7 +74,10 @@ class Gnss(NamedTuple):
             drift=self.drift,
             drift_tau=self.drift_tau,
             velocity_noise=self.velocity_noise,
+            std=self.std,
         )
+        check_vectors("gnss", 3, bias=self.bias)
+        check_faults("gnss", self.dropout, self.jumps, self.outliers)
         return GnssMemory(self.drift * rng.standard_normal(3), Line())
 
     def step(
@@ -77,7 +93,9 @@ class Gnss(NamedTuple):
             white, chance = rng.standard_normal(6), rng.random()
             if not lost(world.t, chance, self.dropout, self.outages):
                 r = world.r + memory.drift + self.noise * white[:3]
+                r = r + self.bias + jumped(world.t, self.jumps)[0]
+                r = r + outlier(chance, self.outliers)[0]
                 v = world.v + self.velocity_noise * white[3:]
-                line = send(line, Fix(world.t, r, v))
+                line = send(line, Fix(world.t, r, v, self.std))
         line, arrived = receive(line, world.t, self.delay)
         return memory._replace(line=line), arrived  # type: ignore[return-value]

@@ -8,6 +8,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from uavlab.sensors.drift import drift_step
+from uavlab.sensors.faults import NO_OUTLIERS, Jump, Outliers, check_faults, jumped, outlier
 from uavlab.sensors.line import (
     Line,
     Outage,
@@ -54,6 +55,8 @@ class ImuSensor(NamedTuple):
     accel_tau: float = 300.0  # [s]
     dropout: float = 0.0  # probability that a sample is lost
     outages: tuple[Outage, ...] = ()
+    jumps: tuple[Jump, ...] = ()  # by: accelerometer bias [m/s²]; turn: gyro bias [rad/s]
+    outliers: Outliers = NO_OUTLIERS  # size [m/s²], turn [rad/s]
 
     def init(self, rng: np.random.Generator) -> ImuMemory:
         """Switch on: draw the offsets.
@@ -66,6 +69,7 @@ class ImuSensor(NamedTuple):
         check_line("imu", self.rate, self.delay, self.dropout, self.outages)
         sizes = {k: v for k, v in self._asdict().items() if k.startswith(("gyro", "accel"))}
         check_sizes("imu", **sizes)
+        check_faults("imu", self.dropout, self.jumps, self.outliers, turn=3)
         gyro = self.gyro_turn_on * rng.standard_normal(3)
         accel = self.accel_turn_on * rng.standard_normal(3)
         return ImuMemory(gyro, accel, np.zeros(3), np.zeros(3), Line())
@@ -83,11 +87,10 @@ class ImuSensor(NamedTuple):
             if not lost(world.t, chance, self.dropout, self.outages):
                 force = world.R.T @ (world.a + _G) + memory.accel_offset + accel
                 omega = world.omega + memory.gyro_offset + gyro
-                reading = Imu(
-                    world.t,
-                    force + self.accel_noise * white[:3],
-                    omega + self.gyro_noise * white[3:],
-                )
-                line = send(line, reading)
+                by, turn = jumped(world.t, self.jumps)
+                wrong, wrong_turn = outlier(chance, self.outliers)
+                force = force + self.accel_noise * white[:3] + by + wrong
+                omega = omega + self.gyro_noise * white[3:] + turn + wrong_turn
+                line = send(line, Imu(world.t, force, omega))
         line, arrived = receive(line, world.t, self.delay)
         return memory._replace(line=line), arrived  # type: ignore[return-value]
