@@ -178,16 +178,17 @@ class InertialMemory(NamedTuple):
 class AidedGains(NamedTuple):
     """Gains of a velocity-aided attitude filter (Bangura prints none).
 
-    Near hover the tilt obeys s² + k_v s + g² k_r, the scaling s² + k_v s + g² k_u, the heading s² + h k_m s + h k_b_m
-    with h the squared horizontal field. Each pair should be well damped, tilt before scaling and biases.
+    Near hover the tilt obeys s² + k_v s + g² k_r, the scaling s² + k_v s + g² k_u, and the heading s² + h k_m s +
+    h k_m k_b_m, with h the squared horizontal field. We damp all three well, and let the tilt be quicker than the
+    scaling, and that quicker than the biases: these three compete for the same innovation.
     """
 
-    k_v: float = 3.0  # [1/s] on the velocity
-    k_r: float = 0.025  # [rad s/m²] on the tilt: with k_v = 3 two poles near −1.5 rad/s
-    k_u: float = 0.002  # [s²/m²] on the scaling: slower, poles near −2.9 and −0.07 rad/s
-    k_m: float = 6.0  # [rad/s] on the heading: −1 rad/s where the horizontal field is 0.4
-    k_b_a: float = 0.1  # [1/s] of the velocity innovation, on the accelerometer bias
-    k_b_omega: float = 0.003  # [rad/m²] of the tilt innovation, on the gyro bias; below k_v k_r
+    k_v: float = 4.0  # [1/s] on the velocity
+    k_r: float = 0.04  # [rad s/m²] on the tilt: with k_v two poles near −2 rad/s
+    k_u: float = 0.01  # [s²/m²] on the scaling: slowest pole near −0.26 rad/s
+    k_m: float = 6.0  # [rad/s] on the heading: near −1 rad/s where the horizontal field is 0.4
+    k_b_a: float = 0.05  # [1/s] of the velocity innovation, on the accelerometer bias
+    k_b_omega: float = 0.01  # [rad/m²] of the tilt innovation, on the gyro bias; below k_v k_r
     k_b_m: float = 0.1  # [1/s] of the heading innovation, on the gyro bias
 
 
@@ -249,6 +250,23 @@ class CoupledEstimate(NamedTuple):
     u_2: float  # latent scaling of Filter 2 [1]
     b_a: Vec3  # (3,) accelerometer bias [m/s²], body (Filter 2)
     b_omega: Vec3  # (3,) gyro bias [rad/s], body (Filter 2)
+
+
+class MassMemory(NamedTuple):
+    """What an adaptive estimate of the mass remembers (Spica Sec. 5.4): three filtered signals and 1/m."""
+
+    v_z: float  # [m/s] filtered vertical velocity, world, up
+    lift: float  # [N] filtered vertical part of the commanded thrust
+    g: float  # [m/s²] filtered gravity
+    inverse: float  # [1/kg] estimate of 1/m
+
+
+class InertiaMemory(NamedTuple):
+    """What an adaptive estimate of the inertia remembers: each body axis by itself (Spica Sec. 5.4)."""
+
+    omega: Vec3  # (3,) filtered angular velocity [rad/s], body
+    torque: Vec3  # (3,) filtered commanded torque [N m], body
+    inverse: Vec3  # (3,) estimate of 1/J of each axis [1/(kg m²)]
 
 
 class Reference(NamedTuple):
