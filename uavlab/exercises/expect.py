@@ -9,7 +9,7 @@ import numpy as np
 from uavlab import frames, so3
 from uavlab.errors import CheckFailed
 from uavlab.exercises.spec import WrongForm, expect, expect_close, numbers
-from uavlab.types import Mat3, StateRate, Vec3
+from uavlab.types import Array, Mat3, StateRate, Vec3
 
 
 def expect_rotation(got: Any) -> Mat3:
@@ -59,3 +59,18 @@ def expect_state_rate(got: Any) -> StateRate:
         raise WrongForm(f"{asked} This is a {type(got).__name__}.", asked)
     shapes = ((3,), (3,), (3, 3), (3,))
     return StateRate(*(numbers(x, shape) for x, shape in zip(got, shapes, strict=True)))
+
+
+def expect_unit(got: Any) -> Array:
+    """`got` as a plain quaternion, shape (4,); fail the check unless its length is one."""
+    q = numbers(got, (4,))
+    expect_close(q @ q, 1.0, "The quaternion must have length one.")
+    return q
+
+
+def expect_record(got: Any, *shapes: tuple[int, ...]) -> tuple[Array, ...]:
+    """`got` as plain arrays, field by field; fail the check unless it is a tuple with fields of these shapes."""
+    if not isinstance(got, tuple | list) or len(got) != len(shapes):
+        asked = f"A tuple of {len(shapes)} is asked for."
+        raise WrongForm(f"{asked} This is a {type(got).__name__}.", asked)
+    return tuple(numbers(x, shape) for x, shape in zip(got, shapes, strict=True))
