@@ -1,24 +1,36 @@
 """From truth to measurement, one file per instrument: bias, drift, noise, rate, delay, drop-out, jumps, outliers."""
 
+from uavlab.sensors.ahrs import Ahrs
+from uavlab.sensors.barometer import Barometer
+from uavlab.sensors.bearings import BeaconCamera
 from uavlab.sensors.faults import NO_OUTLIERS, Jump, Outliers
 from uavlab.sensors.flow import FlowCamera
 from uavlab.sensors.gnss import Gnss
 from uavlab.sensors.imu import ImuSensor
 from uavlab.sensors.line import Outage, Sensor
+from uavlab.sensors.magnetometer import Disturbance, Magnetometer, earth_field
 from uavlab.sensors.mocap import Mocap
+from uavlab.sensors.rangefinder import Rangefinder
 from uavlab.sensors.rtk import Rtk
 from uavlab.sensors.slam import Slam
 
 __all__ = [
     "NO_OUTLIERS",
+    "Ahrs",
+    "Barometer",
+    "BeaconCamera",
+    "Disturbance",
     "FlowCamera",
     "Gnss",
     "ImuSensor",
     "Jump",
+    "Magnetometer",
     "Mocap",
     "Outage",
     "Outliers",
+    "Rangefinder",
     "Rtk",
     "Sensor",
     "Slam",
+    "earth_field",
 ]
