@@ -1,4 +1,4 @@
-"""The answer cell: the exercise's stub outside, the reference's body inside BEGIN/END SOLUTION.
+"""The answer cell: the exercise's stub outside, the reference's body inside BEGIN/END SOLUTION; of a class, each body.
 
 What the reference uses of its own module (a constant, a helper) comes along, above it; what it imports must be imported
 by the lab, since a student has to be able to write the same.
@@ -35,14 +35,20 @@ def instructor_answer(lab: Lab, exercise: Exercise) -> str:
     if solution is None:
         raise BadFile(f"{lab.solutions} has no {exercise.name}: write the reference answer there.")
     stub = ast.parse(exercise.source()).body[0]
+    if type(stub) is not type(solution):
+        kind = "class" if exercise.is_class else "function"
+        raise BadFile(f"{lab.solutions}:{solution.lineno}: {exercise.name} must be a {kind}.")
     want, have = _signature(stub), _signature(solution)
     if want != have:
         raise BadFile(
             f"{lab.solutions}:{solution.lineno}: {exercise.name} differs from its exercise.\n"
             f"  exercise: {want}\n  solution: {have}\nMake them the same, annotations included."
         )
-    head = exercise.source().rstrip("\n").rpartition("\n")[0]  # without its NotImplementedError
-    parts = [head, f"    {BEGIN}", *_body(text, solution), f"    {END}"]
+    if isinstance(stub, ast.ClassDef) and isinstance(solution, ast.ClassDef):
+        parts = _class(exercise.source(), stub, text, solution)
+    else:
+        head = exercise.source().rstrip("\n").rpartition("\n")[0]  # without its NotImplementedError
+        parts = [head, f"    {BEGIN}", *_body(text, solution), f"    {END}"]
     if helpers := _helpers(lab, text, tree, solution):
         parts = [BEGIN, *helpers, END, "", "", *parts]
     return "\n".join(parts)
@@ -103,7 +109,7 @@ def _helpers(lab: Lab, text: str, tree: ast.Module, solution: Definition) -> lis
     todo: list[ast.stmt] = [solution]
     while todo:
         node = todo.pop()
-        code = textwrap.dedent("\n".join(lines[node.lineno - 1 : node.end_lineno]))
+        code = textwrap.dedent("\n".join(lines[_first(node) - 1 : node.end_lineno]))
         used = set(_globals(symtable.symtable(code, lab.solutions.name, "exec")))
         new = {owners[n] for n in used & owners.keys()} - found - {node}
         found |= new
@@ -111,7 +117,7 @@ def _helpers(lab: Lab, text: str, tree: ast.Module, solution: Definition) -> lis
     parts = []
     for node in sorted(found, key=lambda x: x.lineno):
         gap = ["", ""] if parts and isinstance(node, Definition) else []
-        parts += gap + lines[node.lineno - 1 : node.end_lineno]
+        parts += gap + lines[_first(node) - 1 : node.end_lineno]
     return parts
 
 
@@ -123,13 +129,53 @@ def _binds(node: ast.stmt) -> list[str]:
 
 
 def _signature(node: ast.stmt) -> str:
-    """How it is called, annotations and defaults included; of a class, each public method."""
+    """How it is called, annotations and defaults included; of a class, decorators, fields and each public method."""
     if isinstance(node, ast.ClassDef):
-        methods = [x for x in node.body if isinstance(x, ast.FunctionDef)]
-        return "; ".join(_signature(x) for x in methods if not x.name.startswith("_"))
+        decorators = [f"@{ast.unparse(x)}" for x in node.decorator_list]
+        bases = ", ".join(ast.unparse(x) for x in [*node.bases, *(k.value for k in node.keywords)])
+        members = [ast.unparse(x) for x in node.body if isinstance(x, ast.AnnAssign)]
+        made = [x for x in node.body if isinstance(x, ast.FunctionDef) and _is_asked(x)]
+        return "; ".join([*decorators, f"class({bases})", *members, *map(_signature, made)])
     assert isinstance(node, ast.FunctionDef)
     returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
     return f"{node.name}({ast.unparse(node.args)}){returns}"
+
+
+def _is_asked(method: ast.FunctionDef) -> bool:
+    return method.name == "__init__" or not method.name.startswith("_")
+
+
+def _class(source: str, stub: ast.ClassDef, text: str, solution: ast.ClassDef) -> list[str]:
+    """The stub of a class with the reference's bodies in it, and under them what else the reference has."""
+    methods = {x.name: x for x in solution.body if isinstance(x, ast.FunctionDef)}
+    lines, parts, at = source.splitlines(), [], 0
+    for method in stub.body:
+        if not isinstance(method, ast.FunctionDef) or not isinstance(method.body[-1], ast.Raise):
+            continue
+        last = method.body[-1]
+        body = _body(text, methods.pop(method.name))
+        parts += [*lines[at : last.lineno - 1], f"        {BEGIN}", *body, f"        {END}"]
+        at = last.end_lineno or last.lineno
+    parts += lines[at:]
+    known = {ast.unparse(x) for x in stub.body}
+    own = [x for x in solution.body[1:] if ast.unparse(x) not in known and not _is_method(x, stub)]
+    if own:
+        parts += ["", f"    {BEGIN}"]
+        for n, node in enumerate(own):
+            gap = [""] if n and isinstance(node, ast.FunctionDef) else []
+            parts += gap + text.splitlines()[_first(node) - 1 : node.end_lineno]
+        parts += [f"    {END}"]
+    return parts
+
+
+def _is_method(node: ast.stmt, stub: ast.ClassDef) -> bool:
+    names = {x.name for x in stub.body if isinstance(x, ast.FunctionDef)}
+    return isinstance(node, ast.FunctionDef) and node.name in names
+
+
+def _first(node: ast.stmt) -> int:
+    """The line on which a statement begins, decorators included."""
+    return min([node.lineno, *(x.lineno for x in getattr(node, "decorator_list", []))])
 
 
 def _body(text: str, node: Definition) -> list[str]:

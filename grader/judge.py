@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import warnings
 import zlib
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from grader.material import call, hidden_checks, mutants, samples
+from grader.material import Inputs, call, hidden_checks, mutants, samples
+from grader.watched import Watched, copied
 from uavlab.errors import CheckFailed
 from uavlab.exercises.spec import Check, Exercise, Function, WrongForm, numbers
 
@@ -20,6 +22,11 @@ PURITY = "inputs_are_left_alone"
 PURITY_WEIGHT = 0.5
 PURITY_SENTENCE = (
     "The arrays that a function is given belong to its caller: work on a copy, do not change them."
+)
+
+MEMORY_SENTENCE = (
+    "The same memory and the same inputs must give the same output again: work on copies, change neither "
+    "the memory nor the arrays that a method is given, and keep nothing elsewhere."
 )
 
 
@@ -52,7 +59,8 @@ def judge(exercise: Exercise, answer: Function, seed: int) -> Verdict:
     exercise : Exercise
         What was asked.
     answer : callable
-        What was answered. A proxy must do to its arguments what the call in the sandbox did to them.
+        What was answered: a function, or a class. A proxy must do to its arguments what the call in the sandbox
+        did to them.
     seed : int
         From zero up. The same seed gives the same inputs, check by check.
 
@@ -61,7 +69,7 @@ def judge(exercise: Exercise, answer: Function, seed: int) -> Verdict:
     Verdict
         With partial credit for each check that passed, by weight.
     """
-    watched = Watched(answer)
+    watched = Watched(answer, exercise.methods)
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")  # a warning is not a mistake
         results = [
@@ -78,27 +86,6 @@ def judge(exercise: Exercise, answer: Function, seed: int) -> Verdict:
                 x.sentence for x in results if not x.passed
             )
     return Verdict(exercise.name, score, exercise.points, tuple(results), hint, finished)
-
-
-class Watched:
-    """An answer that is handed copies, so that what it does to them hurts nobody; and is seen doing it."""
-
-    def __init__(self, answer: Function) -> None:
-        self.answer, self.calls = answer, 0
-        self.changed = self.unfinished = False
-
-    def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """Call the answer on copies of the arguments."""
-        self.calls += 1
-        given, named = _copy(args), {k: _copy(v) for k, v in kwargs.items()}
-        try:
-            return self.answer(*given, **named)
-        except NotImplementedError:
-            self.unfinished = True
-            raise
-        finally:
-            if not _same(given, args) or not _same(tuple(named.values()), tuple(kwargs.values())):
-                self.changed = True
 
 
 def run(check: Check, answer: Function, rng: np.random.Generator, *, public: bool) -> Result:
@@ -130,14 +117,36 @@ def recognise(exercise: Exercise, answer: Function, seed: int) -> str:
 Outcome = list[np.ndarray] | None  # None: it raised, or gave something else than finite numbers
 
 
-def outcome(f: Function, arguments: tuple[Any, ...]) -> Outcome:
-    """What a function gives for some arguments, as plain arrays."""
+def outcome(f: Function, inputs: Inputs) -> Outcome:
+    """What an answer gives for some inputs, as plain arrays."""
     try:
-        got = call(f, _copy(arguments))
-        fields = got if isinstance(got, tuple) else (got,)
-        return [numbers(x, np.shape(x)) for x in fields]
+        return list(_arrays(call(f, copied(inputs))))
     except Exception:
         return None
+
+
+def _arrays(got: Any) -> Iterator[np.ndarray]:
+    """What was got, field by field; texts and truth values as numbers."""
+    if isinstance(got, str):
+        yield np.array([float(ord(c)) for c in got])
+    elif got is None or isinstance(got, bool):
+        yield np.array([] if got is None else float(got))
+    elif isinstance(got, dict):
+        for key in sorted(got):
+            yield from _arrays(key)
+            yield from _arrays(got[key])
+    elif isinstance(got, tuple) or (isinstance(got, list) and not _is_array(got)):
+        for x in got:
+            yield from _arrays(x)
+    else:
+        yield numbers(got, np.shape(got))
+
+
+def _is_array(got: list[Any]) -> bool:
+    try:
+        return np.asarray(got).dtype.kind in "fiu"
+    except ValueError:  # ragged
+        return False
 
 
 def agree(a: Outcome, b: Outcome) -> bool:
@@ -164,7 +173,8 @@ def _score(points: float, results: list[Result]) -> float:
 def _purity(answer: Watched, results: list[Result]) -> Result:
     """Leaving the inputs alone counts for an answer that does something right."""
     earned = any(x.passed and x.weight for x in results)
-    said = PURITY_SENTENCE if earned or answer.changed else "This counts once another check passes."
+    law = MEMORY_SENTENCE if answer.methods else PURITY_SENTENCE
+    said = law if earned or answer.changed else "This counts once another check passes."
     return Result(PURITY, earned and not answer.changed, said, PURITY_WEIGHT, False)
 
 
@@ -172,19 +182,3 @@ def _name(error: Exception) -> str:
     """Class name of an exception, if it is one: a student can call a class what they like."""
     name = type(error).__name__
     return name if name.isidentifier() and len(name) < 50 else "an error"
-
-
-def _copy(x: Any) -> Any:
-    """`x` with new arrays in it, through tuples."""
-    if isinstance(x, np.ndarray):
-        return x.copy()
-    if isinstance(x, tuple):
-        return type(x)(*map(_copy, x)) if hasattr(x, "_fields") else tuple(map(_copy, x))
-    return x
-
-
-def _same(a: Any, b: Any) -> bool:
-    """Whether arrays, and tuples of them, have the same bytes."""
-    if isinstance(a, tuple):
-        return all(map(_same, a, b))
-    return not isinstance(a, np.ndarray) or np.array_equal(a, b)

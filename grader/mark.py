@@ -123,7 +123,7 @@ def _judge_all(
         }
         checks = {}
         for grade_id, exercise in wanted.items():
-            answer = remote.answer(exercise.name)
+            answer = remote.answer(exercise.name, exercise.methods)
             verdict = judge(exercise, answer, options.seed)
             why = stopped.get(f"answer-{exercise.name}", "")
             trouble = list(dict.fromkeys(map(str, answer.faults)))

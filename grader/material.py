@@ -2,13 +2,24 @@
 
 The four decorators mark the functions of ``grader/hidden``, ``grader/mutants`` and ``grader/variants``; the four
 look-ups find them again by the exercise that they were written for. None of this is ever shipped.
+
+The inputs of a function are the arguments of a call. Those of a class are a play: a function of the class that makes
+an object, calls its methods, and returns what they gave, without the memory::
+
+    def play(make):
+        filter = make(bandwidth=2.0)
+        memory = filter.init(0.0)
+        memory, first = filter.step(memory, 1.0, 0.01)
+        return first, filter.step(memory, 1.0, 0.01)[1]
+
+Mutants and variants of a class are classes that are made in the same way.
 """
 
 from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -17,8 +28,12 @@ import numpy as np
 
 from uavlab.exercises.spec import Check, CheckFunction, Exercise, Function
 
-Arguments = tuple[Any, ...]  # of one call; a dict at the end holds the keywords
-Sampler = Callable[[np.random.Generator], list[Arguments]]
+Arguments = tuple[Any, ...]  # of one call of a function; a dict at the end holds the keywords
+Play = Callable[
+    [Function], Any
+]  # of a class: makes an object, calls its methods, gives all that is plain
+Inputs = Arguments | Play
+Sampler = Callable[[np.random.Generator], Sequence[Inputs]]
 
 
 @dataclass(frozen=True)
@@ -48,7 +63,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Sample:
-    """Random inputs that tell every mutant of an exercise from every other, and from the reference."""
+    """Random inputs, or plays, that tell every mutant of an exercise from every other, and from the reference."""
 
     exercise: str
     draw: Sampler
@@ -95,13 +110,16 @@ def variants(exercise: Exercise) -> list[Variant]:
     return list(_of(exercise, "variants", Variant))
 
 
-def samples(exercise: Exercise, rng: np.random.Generator) -> list[Arguments]:
+def samples(exercise: Exercise, rng: np.random.Generator) -> list[Inputs]:
     """Fresh random inputs of an exercise."""
-    return [arguments for x in _of(exercise, "mutants", Sample) for arguments in x.draw(rng)]
+    return [y for x in _of(exercise, "mutants", Sample) for y in x.draw(rng)]
 
 
-def call(f: Function, arguments: Arguments) -> Any:
-    """``f(*arguments)``, with a dict at the end taken as keywords."""
+def call(f: Function, inputs: Inputs) -> Any:
+    """What `f` gives: ``f(*inputs)``, with a dict at the end taken as keywords; or what a play makes of it."""
+    if not isinstance(inputs, tuple):
+        return inputs(f)
+    arguments = inputs
     if arguments and isinstance(arguments[-1], dict):
         return f(*arguments[:-1], **arguments[-1])
     return f(*arguments)

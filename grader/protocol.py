@@ -1,6 +1,6 @@
 """What crosses between the judge and a student's process: frames of JSON, and plain data only.
 
-A frame is its length (4 bytes, big-endian) and UTF-8 JSON. Numbers, texts, lists, tuples, arrays and the
+A frame is its length (4 bytes, big-endian) and UTF-8 JSON. Numbers, texts, lists, tuples, dicts, arrays and the
 NamedTuples of `uavlab.types` cross; nothing else does, and nothing that crosses is ever executed. Both sides
 import this module, but only the judge's side has to defend itself: `decode` trusts no size, depth or type.
 """
@@ -12,7 +12,7 @@ import binascii
 import json
 import math
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -118,7 +118,7 @@ def encode(value: Any, arrays: list[np.ndarray]) -> Any:
         return _tuple(value, arrays)
     if isinstance(value, list):
         return {"l": [encode(x, arrays) for x in value]}
-    if isinstance(value, dict):
+    if isinstance(value, Mapping):
         return {"d": {str(k): encode(v, arrays) for k, v in value.items()}}
     raise TypeError(type(value).__name__)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import builtins
 import time
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, NamedTuple
 
@@ -15,9 +16,11 @@ import numpy as np
 
 from grader import protocol, sandbox
 from grader.channel import Channel, WorkerDied, WorkerLate
+from grader.handles import MAKE, Handle, Ledger, Part, Request
 from grader.protocol import ProtocolError
 from grader.sandbox import Limits
 from grader.worker import NAMES
+from uavlab.exercises.classes import Method
 
 MAX_FAULTS = 2  # hangs or crashes of one answer; then it is not called again
 
@@ -59,18 +62,26 @@ def _error(name: str) -> Exception:
 
 
 class Answer:
-    """A student's function. Calling it calls the student's process; only plain data crosses."""
+    """A student's function or class. Calling it calls the student's process; only plain data crosses."""
 
-    def __init__(self, remote: Remote, name: str) -> None:
-        self._remote, self.__name__ = remote, name
+    def __init__(self, remote: Remote, name: str, methods: Mapping[str, Method]) -> None:
+        self._remote, self.__name__, self._methods = remote, name, methods
         self.faults: list[TookTooLong | ProcessEnded] = []
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """Call it; raises what `Remote.call` does."""
+        """Call it; raises what `Remote.call` does. A class gives an object with the methods that were asked for."""
+        request = Request(self.__name__, args, kwargs)
+        if not self._methods:
+            return self.ask(request)
+        request.method = MAKE
+        return Part(self, self.ask(request), self._methods)
+
+    def ask(self, request: Request) -> Any:
+        """Pass a call on, as long as it is worth while."""
         if len(self.faults) >= MAX_FAULTS:
             raise type(self.faults[-1])("it is not called again")
         try:
-            return self._remote.call(self.__name__, args, kwargs)
+            return self._remote.call(request)
         except (TookTooLong, ProcessEnded) as error:
             self.faults.append(error)
             raise
@@ -92,6 +103,7 @@ class Remote:
     def __init__(self, steps: list[Step], limits: Limits, place: int = 0) -> None:
         self._steps, self._limits, self._place = steps, limits, place
         self._channel: Channel | None = None
+        self._ledger = Ledger()
         self._spent = 0.0  # [s] of the student's time
         self.cpu = 0.0  # [s] used by the boxes that have ended
         self._skipped: set[int] = set()
@@ -117,12 +129,12 @@ class Remote:
         """What is left of the submission's time [s]."""
         return max(0.0, self._limits.submission - self._spent)
 
-    def answer(self, name: str) -> Answer:
-        """The student's function of this name, to be judged."""
-        return Answer(self, name)
+    def answer(self, name: str, methods: Mapping[str, Method] | None = None) -> Answer:
+        """The student's function of this name, or their class with these methods, to be judged."""
+        return Answer(self, name, methods or {})
 
-    def call(self, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        """Call one answer.
+    def call(self, request: Request) -> Any:
+        """Make one call.
 
         Raises
         ------
@@ -130,19 +142,18 @@ class Remote:
             No answer in time.
         ProcessEnded
             It ended its process, or broke the protocol.
+        Lost
+            It is given a memory that went with a process.
         Exception
             What the student's function raised, by class, without text.
         """
         arrays: list[np.ndarray] = []
-        arguments = [
-            [protocol.encode(x, arrays) for x in args],
-            {k: protocol.encode(v, arrays) for k, v in kwargs.items()},
-        ]
-        message = {"op": "call", "function": name, "arguments": arguments}
+        kept: list[Handle] = []
         try:
             channel = self._ready()
+            message = request.message(arrays, self._ledger, kept)
             reply = self._timed(channel, message, self._limits.call)
-            return _result(reply, arrays)
+            return request.result(_result(reply, arrays), kept)
         except WorkerLate:
             raise TookTooLong(self._late(self._limits.call)) from None
         except (WorkerDied, ProtocolError):
@@ -168,6 +179,7 @@ class Remote:
             channel = Channel(self._limits, self._place)
             if all(self._play(channel, step) for step in self._steps):
                 self._channel = channel
+                self._ledger.restart()
 
     def _play(self, channel: Channel, step: Step) -> bool:
         if step.cell in self._skipped:

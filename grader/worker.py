@@ -37,6 +37,7 @@ class Namespace:
         self.module = types.ModuleType("__main__")
         sys.modules["__main__"] = self.module
         self.kept: dict[str, Any] = {}
+        self.held: dict[int, Any] = {}  # objects and memories, by the judge's numbers
         self.module.__dict__.update(standins.names(self.module.__dict__))
 
     def run(self, cell: int, source: str) -> None:
@@ -49,15 +50,26 @@ class Namespace:
         self.kept[name] = found
         return callable(found)
 
-    def call(self, name: str, arguments: list[Any]) -> dict[str, Any]:
-        """Call an answer; say what it returned, and which of its array arguments it changed."""
+    def call(self, message: dict[str, Any]) -> dict[str, Any]:
+        """Call an answer; say what it returned, and which of its array arguments it changed.
+
+        The judge gives numbers to what stays here (``store``) and names it by them later (``thing``, ``held``).
+        """
+        for number in message.get("forget", ()):
+            self.held.pop(number, None)
         decoder = protocol.Decoder(widen=False)
-        args = [decoder.value(x) for x in arguments[0]]
-        kwargs = {k: decoder.value(v) for k, v in arguments[1].items()}
-        result = self.kept[name](*args, **kwargs)
+        args = [decoder.value(x) for x in message["arguments"][0]]
+        kwargs = {k: decoder.value(v) for k, v in message["arguments"][1].items()}
+        for place, number in message.get("held", ()):
+            (args if isinstance(place, int) else kwargs)[place] = self.held[number]
+        if "thing" in message:
+            function = getattr(self.held[message["thing"]], message["function"])
+        else:
+            function = self.kept[message["function"]]
+        result = function(*args, **kwargs)
         reply: dict[str, Any] = {}
         try:
-            reply["value"] = protocol.encode(result, [])
+            reply["value"] = protocol.encode(self._store(result, message.get("store")), [])
         except TypeError:
             reply["odd"] = True
         changed = [
@@ -69,6 +81,19 @@ class Namespace:
             reply["changed"] = changed
         return reply
 
+    def _store(self, result: Any, store: list[Any] | None) -> Any:
+        """Keep the memories of a result under their numbers; what is left of it crosses."""
+        if store is None:
+            return result
+        size, places, numbers = store
+        if size == 0:
+            self.held[numbers[0]] = result
+            return None
+        if not isinstance(result, tuple | list) or len(result) != size:
+            raise TypeError("a tuple of another length")
+        self.held.update(zip(numbers, (result[i] for i in places), strict=True))
+        return tuple(x for i, x in enumerate(result) if i not in places)
+
 
 def _answer(namespace: Namespace, message: dict[str, Any]) -> dict[str, Any]:
     op = message["op"]
@@ -77,7 +102,7 @@ def _answer(namespace: Namespace, message: dict[str, Any]) -> dict[str, Any]:
         return {}
     if op == "keep":
         return {"value": namespace.keep(message["function"])}
-    return namespace.call(message["function"], message["arguments"])
+    return namespace.call(message)
 
 
 def _raised(error: BaseException) -> dict[str, Any]:

@@ -31,7 +31,7 @@ class Method(NamedTuple):
     @property
     def asked(self) -> str:
         """What it must return, as far as memory goes."""
-        return f"{self.name} must return a tuple of {self.size}, as its signature says."
+        return f"{self.name} must return the tuple that its signature says."
 
     def apart(self, result: Any) -> tuple[list[Any], Any] | None:
         """A result as its memories, and the rest of it in the same shape; None if it has another form."""
