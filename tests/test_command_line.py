@@ -40,6 +40,15 @@ def test_list_names_scenarios_airframes_labs_and_datasets(capsys):
         assert word in said
 
 
+def test_list_names_every_instrument_and_what_each_kit_carries(capsys):
+    assert main(["list", "instruments"]) == 0
+    said = capsys.readouterr().out
+    for word in ("rtk", "BeaconCamera", "30 Hz", "velocity along the body's x and y axes"):
+        assert word in " ".join(said.split())
+    assert main(["list", "kits"]) == 0
+    assert "Carries imu, mocap." in " ".join(capsys.readouterr().out.split())
+
+
 def test_list_of_one_kind_leaves_out_the_others(capsys):
     assert main(["list", "airframes"]) == 0
     said = capsys.readouterr().out

@@ -1,8 +1,9 @@
-"""Say what there is: scenarios, airframes, labs, data sets."""
+"""Say what there is: scenarios, airframes, instruments, labs, data sets."""
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import shutil
 import textwrap
 
@@ -83,4 +84,27 @@ def _datasets() -> list[tuple[str, ...]]:
     return [(name, about(name).licence, about(name).summary) for name in names()]
 
 
-KINDS = {"scenarios": _scenarios, "airframes": _airframes, "labs": _labs, "datasets": _datasets}
+def _instruments() -> list[tuple[str, ...]]:
+    from uavlab.sensors import INSTRUMENTS
+
+    rows = []
+    for name, kind in INSTRUMENTS.items():
+        module = str(importlib.import_module(kind.__module__).__doc__)
+        rows.append((name, kind.__name__, f"{kind().rate:g} Hz", " ".join(module.split())))
+    return rows
+
+
+def _kits() -> list[tuple[str, ...]]:
+    from uavlab.sensors import KITS
+
+    return [(name, f"{make.__doc__} Carries {', '.join(make())}.") for name, make in KITS.items()]
+
+
+KINDS = {
+    "scenarios": _scenarios,
+    "airframes": _airframes,
+    "instruments": _instruments,
+    "kits": _kits,
+    "labs": _labs,
+    "datasets": _datasets,
+}

@@ -7,6 +7,7 @@ from uavlab.sensors.faults import NO_OUTLIERS, Jump, Outliers
 from uavlab.sensors.flow import FlowCamera
 from uavlab.sensors.gnss import Gnss
 from uavlab.sensors.imu import ImuSensor
+from uavlab.sensors.kits import INSTRUMENTS, KITS, carry, indoor, laboratory, outdoor, survey
 from uavlab.sensors.line import Outage, Sensor
 from uavlab.sensors.magnetometer import Disturbance, Magnetometer, earth_field
 from uavlab.sensors.mocap import Mocap
@@ -15,6 +16,8 @@ from uavlab.sensors.rtk import Rtk
 from uavlab.sensors.slam import Slam
 
 __all__ = [
+    "INSTRUMENTS",
+    "KITS",
     "NO_OUTLIERS",
     "Ahrs",
     "Barometer",
@@ -32,5 +35,10 @@ __all__ = [
     "Rtk",
     "Sensor",
     "Slam",
+    "carry",
     "earth_field",
+    "indoor",
+    "laboratory",
+    "outdoor",
+    "survey",
 ]

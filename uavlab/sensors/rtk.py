@@ -45,7 +45,7 @@ class Rtk(NamedTuple):
     """A real-time kinematic receiver: ``r + offset + noise``, and ``+ drift`` while corrections are lost.
 
     The paper says that a plain and a differential receiver may differ by several metres, and that corrections may be
-    missing (MRS Sec. 3.4); it prints no figures. All figures here are ours, of the size that makers state.
+    missing (MRS Sec. 3.5); it prints no figures. All figures here are ours, of the size that makers state.
     """
 
     rate: float = 10.0  # [Hz]
