@@ -80,7 +80,7 @@ class Part:
         apart = method.apart(got)
         if apart is None:
             raise WrongForm(method.asked, method.asked)
-        return apart
+        return apart[0], copied(apart[1])  # what it gave may be its memory, too
 
     def _ask_again(
         self, method: Method, args: tuple[Any, ...], kwargs: dict[str, Any], rest: Any
