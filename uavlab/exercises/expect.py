@@ -8,7 +8,7 @@ import numpy as np
 
 from uavlab import frames, so3
 from uavlab.errors import CheckFailed
-from uavlab.exercises.spec import WrongForm, expect, expect_close, numbers
+from uavlab.exercises.spec import Function, WrongForm, expect, expect_close, numbers
 from uavlab.types import Array, Mat3, StateRate, Vec3
 
 
@@ -74,3 +74,12 @@ def expect_record(got: Any, *shapes: tuple[int, ...]) -> tuple[Array, ...]:
         asked = f"A tuple of {len(shapes)} is asked for."
         raise WrongForm(f"{asked} This is a {type(got).__name__}.", asked)
     return tuple(numbers(x, shape) for x, shape in zip(got, shapes, strict=True))
+
+
+def expect_refusal(f: Function, *args: Any) -> None:
+    """Fail the check unless the answer refuses; one that hangs or dies has not."""
+    try:
+        f(*args)
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError):
+        return
+    expect(False, "It must raise ValueError.")

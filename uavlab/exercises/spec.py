@@ -23,7 +23,11 @@ from uavlab.errors import CheckFailed, UnknownName
 from uavlab.exercises.classes import Method, class_source, methods_of
 from uavlab.types import Array
 
-STEMS = ("dynamics", "heading")  # the labs that exist, in order; their numbers are the positions
+STEMS = (
+    "dynamics",
+    "heading",
+    "identification",
+)  # the labs that exist, in order; their numbers are the positions
 
 Function = Callable[..., Any]  # what a student writes: a function, or a class
 CheckFunction = Callable[[Function, np.random.Generator], None]
