@@ -7,12 +7,28 @@ import pytest
 from truth import at_rest, drifting, kept, watch
 
 from uavlab.errors import BadInput
-from uavlab.sensors import Gnss, ImuSensor, Mocap, Outage, Sensor
+from uavlab.sensors import (
+    INSTRUMENTS,
+    BeaconCamera,
+    FlowCamera,
+    Gnss,
+    ImuSensor,
+    Mocap,
+    Outage,
+    Rangefinder,
+    Sensor,
+)
 
-INSTRUMENTS = [ImuSensor(), Gnss(), Mocap()]
+# Whatever stands at the origin must be able to read something there.
+READY = {
+    "flow": FlowCamera(lowest=0.0),
+    "rangefinder": Rangefinder(nearest=0.0, bias=1.0),
+    "bearings": BeaconCamera(axis=np.array((0.0, 0.0, 1.0)), view=2.0),
+}
+ALL = [READY.get(name, kind()) for name, kind in INSTRUMENTS.items()]
 
 
-@pytest.fixture(params=INSTRUMENTS, ids=lambda s: type(s).__name__)
+@pytest.fixture(params=ALL, ids=lambda s: type(s).__name__)
 def sensor(request: pytest.FixtureRequest) -> Any:
     return request.param
 
@@ -23,7 +39,7 @@ def same(a: list, b: list) -> bool:
         or (
             x is not None
             and y is not None
-            and all(np.array_equal(p, q) for p, q in zip(x, y, strict=True))
+            and all(np.array_equal(p, q, equal_nan=True) for p, q in zip(x, y, strict=True))
         )
         for x, y in zip(a, b, strict=True)
     )
@@ -41,8 +57,8 @@ def test_the_same_seed_reads_the_same_and_another_does_not(sensor):
 
 @pytest.mark.parametrize("rate", [100.0, 50.0, 10.0, 30.0, 3.0])
 def test_samples_come_at_the_rate_even_if_ticks_do_not_divide_it(sensor, rate):
-    times = [x.t for x in kept(watch(sensor._replace(rate=rate, delay=0.0), 3000))]
-    assert len(times) == pytest.approx(30 * rate, abs=1)
+    times = [x.t for x in kept(watch(sensor._replace(rate=rate, delay=0.0), 1000))]
+    assert len(times) == pytest.approx(10 * rate, abs=1)
     late = np.array(times) - np.arange(len(times)) / rate
     assert late.min() > -1e-6
     assert late.max() < 0.01 + 1e-6  # at the first tick after it was due
@@ -72,14 +88,16 @@ def test_a_late_reading_tells_the_truth_of_its_own_time():
 
 
 def test_no_reading_is_lost_on_a_slow_line(sensor):
-    times = [x.t for x in kept(watch(sensor._replace(delay=0.5), 1000))]
-    np.testing.assert_allclose(np.diff(times), 1 / sensor.rate, atol=1e-6)
+    times = [x.t for x in kept(watch(sensor._replace(delay=0.5), 500))]
+    late = np.array(times) - np.arange(len(times)) / sensor.rate
+    assert late.min() > -1e-6
+    assert late.max() < 0.01 + 1e-6
 
 
 def test_dropout_loses_its_share_and_leaves_the_others_as_they_were(sensor):
-    whole = watch(sensor._replace(rate=100.0), 4000)
-    holed = watch(sensor._replace(rate=100.0, dropout=0.3), 4000)
-    assert len(kept(holed)) / len(kept(whole)) == pytest.approx(0.7, abs=0.03)
+    whole = watch(sensor._replace(rate=100.0), 1500)
+    holed = watch(sensor._replace(rate=100.0, dropout=0.3), 1500)
+    assert len(kept(holed)) / len(kept(whole)) == pytest.approx(0.7, abs=0.04)
     assert all(same([a], [b]) for a, b in zip(whole, holed, strict=True) if b is not None)
 
 
@@ -101,7 +119,7 @@ def test_a_step_leaves_truth_and_memory_as_they_were(sensor):
     rng = np.random.default_rng(0)
     memory = sensor.init(rng)
     before = repr(memory)
-    world = drifting(0.0)
+    world = drifting(0.0)._replace(r=np.array((0.1, 0.2, 1.0)))
     kept_world = [np.copy(x) for x in world]
     sensor.step(memory, world, 0.01, rng)
     assert repr(memory) == before
