@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from uavlab.so3 import about_z
 from uavlab.types import (
     NO_SHIFT,
+    Array,
     Attitude,
     Command,
     Estimate,
@@ -56,8 +57,11 @@ def heading(R: Mat3) -> float:
     return atan2(R[1, 0], R[0, 0])
 
 
-def wrap(angle: float) -> float:
-    """`angle` [rad] brought into [−π, π)."""
+Angle = TypeVar("Angle", float, Array)
+
+
+def wrap(angle: Angle) -> Angle:
+    """`angle` [rad], or each of an array of them, brought into [−π, π)."""
     return (angle + pi) % (2.0 * pi) - pi
 
 
@@ -80,7 +84,7 @@ def moved(x: T, shift: Shift) -> T:
 
     Fields are moved by what they are (`uavlab.types`): ``r`` is a point, ``v a j a_d`` are world vectors, ``R`` a
     rotation, ``heading`` an angle, ``z`` a height; body quantities (``omega f_d accel``) and rates of heading stay. The
-    ``shift`` of an `Estimate` says where its world went, and goes along.
+    ``shift`` and ``worlds`` of an `Estimate` say where its world lies, and go along.
 
     Parameters
     ----------
@@ -108,6 +112,8 @@ def moved(x: T, shift: Shift) -> T:
             new[name] = value + shift.r[2]
         elif name == "shift":
             new[name] = compose(shift, value)
+        elif name == "worlds":
+            new[name] = {k: compose(shift, x) for k, x in value.items()}
         elif name in _STAYS:
             new[name] = value
         else:
