@@ -59,7 +59,7 @@ book: setup  ## build the book into build/book
 ship: setup  ## the two wheels and the student archive in dist/
 	$(BIN)/python -m grader.ship
 
-bench: build/bench/.ready  ## side by side with RotorPy and MuJoCo, as ratios from one run
+bench: build/bench/.ready  ## side by side with RotorPy, MuJoCo, filterpy and ahrs, as ratios from one run
 	build/bench/bin/python -m benchmarks
 
 build/bench/.ready: .venv/.ready benchmarks/requirements.lock

@@ -1,4 +1,4 @@
-"""``make bench``: simulated seconds per CPU second, ours beside RotorPy and MuJoCo, in rounds of one run."""
+"""``make bench``: flights beside RotorPy and MuJoCo, filters beside filterpy and ahrs, in rounds of one run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from statistics import median
 
 from tqdm import tqdm
 
-from benchmarks import ours, peers
+from benchmarks import filters, ours, peers
 
 Run = Callable[[float], float]
 
@@ -37,10 +37,19 @@ def speed(run: Run, seconds: float) -> float:
 
 
 def main() -> None:
-    """Warm every contestant up, then measure all of them in turn, and print medians and ratios."""
+    """Flights, filters, or both."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("what", nargs="?", choices=("all", "flights", "filters"), default="all")
     parser.add_argument("--rounds", type=int, default=7)
-    rounds = parser.parse_args().rounds
+    asked = parser.parse_args()
+    if asked.what != "filters":
+        flights(asked.rounds)
+    if asked.what != "flights":
+        filters.report(asked.rounds)
+
+
+def flights(rounds: int) -> None:
+    """Warm every contestant up, then measure all of them in turn, and print medians and ratios."""
     flown = contestants()
     ends = {name: run(seconds) for name, (run, seconds) in flown.items()}
     found: dict[str, list[float]] = {name: [] for name in flown}
