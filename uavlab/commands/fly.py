@@ -16,7 +16,7 @@ NAME = "fly"
 
 def add(parser: argparse.ArgumentParser) -> None:
     """The arguments."""
-    parser.add_argument("scenario", metavar="NAME", help="a scenario of `uavlab list`")
+    parser.add_argument("scenario", metavar="NAME", help="a scenario of `uavlab list`, or the path of a .toml")
     for flag, kind, letter, said in (
         ("--airframe", str, "A", "another airframe, or the path of a .toml"),
         ("--seed", int, "N", "of gusts and sensors (0)"),
