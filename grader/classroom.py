@@ -1,4 +1,4 @@
-"""A sample class: seven students, as every class has them, hand in both labs. For the demo and the tests."""
+"""A sample class: seven students, as every class has them, hand in every lab. For the demo and the tests."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from uavlab.exercises.spec import find
 
 WRONG_SIGN = """
 def heading_rate(R, omega):
@@ -118,8 +120,9 @@ def endless(notebook: dict[str, Any], answers: dict[str, str]) -> bytes:
 
 def cheat(notebook: dict[str, Any], answers: dict[str, str]) -> bytes:
     """Every answer imports the reference and patches the checks."""
-    stem = "heading" if "heading_rate" in answers else "dynamics"
-    return filled(notebook, {name: CHEAT.format(name=name, stem=stem) for name in answers})
+    return filled(
+        notebook, {name: CHEAT.format(name=name, stem=find(name).stem) for name in answers}
+    )
 
 
 def damaged(notebook: dict[str, Any], answers: dict[str, str]) -> bytes:

@@ -1,4 +1,4 @@
-"""Try every function of the students' wheel as an answer to every exercise; print the points as JSON.
+"""Try every function and class of the students' wheel as an answer to every exercise; print the points as JSON.
 
 Run by test_leaks.py: ``NUMBA_DISABLE_JIT=1 python shipped_functions.py``.
 """
@@ -9,6 +9,7 @@ import inspect
 import io
 import json
 import pkgutil
+from functools import partial
 
 import uavlab
 from grader.judge import judge
@@ -47,6 +48,32 @@ def accepts(function, count):
     return True
 
 
+def classes():
+    """Every class that the wheel defines."""
+    return {
+        f"{value.__module__}.{name}": value
+        for module in modules()
+        for name, value in vars(module).items()
+        if inspect.isclass(value) and value.__module__.startswith("uavlab")
+    }
+
+
+def made(kind, *args, **kwargs):
+    """An object of a class: with what was asked for, else as it comes."""
+    try:
+        return kind(*args, **kwargs)
+    except TypeError:
+        return kind()
+
+
+def class_scores(exercise, known):
+    return {
+        path: judge(exercise, partial(made, kind), seed=1).score
+        for path, kind in known.items()
+        if any(hasattr(kind, name) for name in exercise.methods)
+    }
+
+
 def scores(exercise, known):
     count = len(inspect.signature(exercise.stub).parameters)
     return {
@@ -59,5 +86,9 @@ def scores(exercise, known):
 if __name__ == "__main__":
     known = functions()
     with contextlib.redirect_stdout(io.StringIO()):
-        table = {x.name: scores(x, known) for x in all_exercises()}
+        kinds = classes()
+        table = {
+            x.name: class_scores(x, kinds) if x.is_class else scores(x, known)
+            for x in all_exercises()
+        }
     print(json.dumps(table))

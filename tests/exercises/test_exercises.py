@@ -5,6 +5,7 @@ import inspect
 
 import numpy as np
 import pytest
+from answers import reference, through
 from numpy.testing import assert_array_equal
 
 from uavlab.errors import CheckFailed, UnknownName
@@ -20,6 +21,7 @@ from uavlab.exercises import (
     find,
     numbers,
 )
+from uavlab.flight.fill import unfinished
 
 ALL = list(all_exercises())
 CONTRACT = {
@@ -28,10 +30,6 @@ CONTRACT = {
     "heading": "heading_rate with_heading attitude_by_projection attitude_with_heading "
     "yaw_rate_from_heading_rate parasitic_yaw_rate",
 }
-
-
-def reference(x):
-    return getattr(importlib.import_module(f"uavlab.solutions.{x.stem}"), x.name)
 
 
 each = pytest.mark.parametrize("x", ALL, ids=lambda x: x.name)
@@ -45,28 +43,38 @@ def test_a_lab_asks_for_every_name_of_the_contract(stem):
 @each
 def test_the_reference_has_the_signature_that_was_asked_for(x):
     assert inspect.signature(reference(x)) == inspect.signature(x.stub)
+    for name in x.methods:
+        asked = inspect.signature(getattr(x.stub, name))
+        assert inspect.signature(getattr(reference(x), name)) == asked
 
 
 @each
 def test_an_exercise_says_what_is_asked_in_what_units_and_after_which_paper(x):
+    for asked in [getattr(x.stub, name) for name in x.methods] or [x.stub]:
+        said = inspect.getdoc(asked)
+        assert "Parameters\n-------" in said
+        assert "Returns\n-------" in said
+        for name in inspect.signature(asked).parameters:
+            assert name == "self" or name in said
     said = inspect.getdoc(x.stub)
-    assert "Parameters\n-------" in said
-    assert "Returns\n-------" in said
-    for name in inspect.signature(x.stub).parameters:
-        assert name in said
+    assert all(name in said for name in inspect.signature(x.stub).parameters)
     assert x.reads.startswith(("MRS", "Spica"))
     assert x.points > 0
 
 
 @each
 def test_the_stub_ships_without_an_answer_and_says_that_it_is_unfinished(x):
-    room = {"State": None, "StateRate": None, "Mat3": None, "Vec3": None, "Array": None}
-    exec(x.source(), room)  # what the answer cell holds
-    asked = inspect.signature(x.stub).parameters.values()
-    given = [0.0 for p in asked if p.kind is not p.KEYWORD_ONLY]
-    named = {p.name: 0.0 for p in asked if p.kind is p.KEYWORD_ONLY}
-    with pytest.raises(NotImplementedError, match=f"{x.name} is not finished"):
-        room[x.name](*given, **named)
+    room = dict(vars(importlib.import_module(x.stub.__module__)))  # what a lab imports, and more
+    code = f"from __future__ import annotations\n{x.source()}"
+    exec(compile(code, "<answer cell>", "exec"), room)
+    answer = room[x.name]
+    assert unfinished(answer)
+    for asked in [getattr(answer, name) for name in x.methods] or [answer]:
+        parameters = inspect.signature(asked).parameters.values()
+        given = [0.0 for p in parameters if p.kind is not p.KEYWORD_ONLY]
+        named = {p.name: 0.0 for p in parameters if p.kind is p.KEYWORD_ONLY}
+        with pytest.raises(NotImplementedError, match=f"{x.name} is not finished"):
+            asked(*given, **named)
     with pytest.raises(NotImplementedError, match=f"{x.name} is not finished"):
         check(x)
 
@@ -91,12 +99,13 @@ def test_public_checks_take_other_inputs_for_another_seed(x):
     for item in x.checks:
         seen = []
 
-        def spy(*args, _seen=seen, **kwargs):
-            _seen.append(repr((args, kwargs)))
-            return reference(x)(*args, **kwargs)
+        def spy(ask, text, args, _seen=seen):
+            _seen.append(text)
+            return ask()
 
         for seed in (1, 2):
-            assert failure(item, spy, np.random.default_rng(seed)) is None
+            answer = through(x, reference(x), spy)
+            assert failure(item, answer, np.random.default_rng(seed)) is None
         first, second = seen[: len(seen) // 2], seen[len(seen) // 2 :]
         assert item.weight == 0 or not set(first) & set(second)
 
