@@ -101,9 +101,8 @@ class ComplementaryEstimator:
                 )
             )
             pose = Pose(pose.t, pose.r + v * dt, turned)
-        estimate = Estimate(
-            r, v, a - np.array((0, 0, vertical.b_z)), R, omega, was.world, was.shift
-        )
+        a = a - np.array((0.0, 0.0, vertical.b_z))
+        estimate = was._replace(r=r, v=v, a=a, R=R, omega=omega)
         return Held(estimate, vertical, pose, height), estimate
 
     def reframe(self, memory: Held, shift: Shift) -> Held:
@@ -165,7 +164,7 @@ class CoupledEstimator:
         if isinstance(fix, Fix) and bool(np.isfinite(fix.r).all()):
             r = r + min(self.k_r * 0.1, 1.0) * (fix.r - r)  # fixes come ten times a second
         r = np.array((r[0], r[1], out.z))
-        estimate = Estimate(r, out.v, out.a, out.R, out.omega, was.world, was.shift)
+        estimate = was._replace(r=r, v=out.v, a=out.a, R=out.R, omega=out.omega)
         return Flown(filters, estimate), estimate
 
     def reframe(self, memory: Flown, shift: Shift) -> Flown:

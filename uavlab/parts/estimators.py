@@ -32,7 +32,8 @@ class AlphaBetaGamma:
         self, memory: tuple[Estimate, float], readings: Readings, command: Command, dt: float
     ) -> tuple[tuple[Estimate, float], Estimate]:
         """Predict by `dt` [s], then correct with what arrived."""
-        (r, v, a, R, omega, world, shift), age = memory
+        was, age = memory
+        r, v, a, R, omega = was[:5]
         r, v = r + (v + a * (0.5 * dt)) * dt, v + a * dt
         age += dt
 
@@ -50,7 +51,7 @@ class AlphaBetaGamma:
             e = fix.r - r
             r, v, a = r + e * min(3 * x, 1.0), v + e * (3 * x * x / age), a + e * (x**3 / age**2)
             age = 0.0
-        estimate = Estimate(r, v, a, R, omega, world, shift)
+        estimate = was._replace(r=r, v=v, a=a, R=R, omega=omega)
         return (estimate, age), estimate
 
     def reframe(self, memory: tuple[Estimate, float], shift: Shift) -> tuple[Estimate, float]:
