@@ -15,9 +15,10 @@ from uavlab.parts.missions import Follow, Waypoints
 from uavlab.parts.paths import circle as circle_path
 from uavlab.parts.paths import lemniscate as eight
 from uavlab.plant import CALM
+from uavlab.scenarios.files import load_file
 from uavlab.sensors import Gnss, ImuSensor, Mocap
 
-__all__ = ["Scenario", "load", "names", "standing"]
+__all__ = ["Scenario", "load", "load_file", "names", "standing"]
 
 
 def _laboratory() -> dict[str, Any]:
@@ -88,13 +89,17 @@ def names() -> list[str]:
 
 
 def load(name: str) -> Scenario:
-    """The scenario with this name.
+    """The scenario with this name, or from the file with this path if it ends in ``.toml``.
 
     Raises
     ------
     UnknownName
         There is none; the message says which there are.
+    BadFile, BadInput
+        The file cannot be read, or says what cannot be flown.
     """
+    if name.endswith(".toml"):
+        return load_file(name)
     if name not in _ALL:
         raise UnknownName("scenario", name, _ALL)
     make = _ALL[name]
