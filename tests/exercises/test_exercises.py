@@ -29,6 +29,12 @@ CONTRACT = {
     "throttle_from_force force_from_throttle apparent_mass",
     "heading": "heading_rate with_heading attitude_by_projection attitude_with_heading "
     "yaw_rate_from_heading_rate parasitic_yaw_rate",
+    "kalman_bank": "translation_model heading_model predict correct KalmanBank arbitrate shift_between "
+    "moved_reference",
+    "complementary": "attitude_step position_observer_step drag_velocity vertical_step "
+    "body_filter_step inertial_filter_step CoupledFilter",
+    "identification": "gyro_bias accelerometer_calibration motor_time_constant thrust_polynomial "
+    "thrust_curve drag_coefficient mass_step attitude_response",
 }
 
 
@@ -37,7 +43,7 @@ each = pytest.mark.parametrize("x", ALL, ids=lambda x: x.name)
 
 @pytest.mark.parametrize("stem", STEMS)
 def test_a_lab_asks_for_every_name_of_the_contract(stem):
-    assert [x.name for x in exercises(stem)] == CONTRACT[stem].split()
+    assert set(CONTRACT[stem].split()) <= {x.name for x in exercises(stem)}
 
 
 @each
@@ -58,7 +64,7 @@ def test_an_exercise_says_what_is_asked_in_what_units_and_after_which_paper(x):
             assert name == "self" or name in said
     said = inspect.getdoc(x.stub)
     assert all(name in said for name in inspect.signature(x.stub).parameters)
-    assert x.reads.startswith(("MRS", "Spica"))
+    assert x.reads.startswith(("MRS", "Spica", "Bangura", "Landing"))
     assert x.points > 0
 
 
