@@ -50,6 +50,7 @@ def test_a_change_that_a_call_makes_to_its_arguments_is_seen_outside():
         ("NotImplementedError('secret')", NotImplementedError),
         ("uavlab.errors.BadInput('secret')", BadInput),
         ("uavlab.errors.CheckFailed('secret')", Raised),
+        ("uavlab.errors.UnknownName('secret', 'secret', [])", LookupError),
         ("type('secret', (Exception,), {})()", Raised),
         ("type('secret', (KeyError,), {})('secret')", KeyError),
         ("SystemExit('secret')", Raised),
