@@ -35,7 +35,7 @@ INSTRUMENTS = {
     "rangefinder": ("height",),
 }
 SOURCES = tuple(f"{name}.{what}" for name, told in INSTRUMENTS.items() for what in told)
-NORTH = 0.5 * np.pi  # [rad] where the earth's field points, seen from above: along world y
+NORTH = 0.0  # [rad] where the earth's field points, seen from above: along world x
 
 
 def parted(source: str) -> tuple[str, str]:
@@ -119,7 +119,7 @@ def measured(source: str, reading: Any, R: Mat3, climb: float, world: Shift = NO
     climb : float
         Vertical velocity [m/s], which optic flow cannot see when the aircraft is tilted.
     world : Shift
-        From a world with north along y and the ground at z = 0 to the world of the filter: for instruments that see the
+        From a world with north along x and the ground at z = 0 to the world of the filter: for instruments that see the
         earth itself.
 
     Returns

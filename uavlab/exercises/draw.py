@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from uavlab import so3
-from uavlab.types import Array, Mat3, State, Vec3
+from uavlab.types import Array, Hypothesis, Mat3, Reference, State, Vec3
 
 
 def vector(rng: np.random.Generator, size: float = 1.0) -> Vec3:
@@ -103,3 +103,41 @@ def pushed(rng: np.random.Generator) -> tuple[State, Vec3, Vec3, float, Mat3]:
     state = State(vector(rng, 5.0), vector(rng, 5.0), rotation(rng), vector(rng, 3.0))
     force, torque = vector(rng, 20.0), vector(rng, 0.5)
     return state, force, torque, float(rng.uniform(0.5, 8.0)), inertia(rng)
+
+
+def covariance(rng: np.random.Generator, n: int) -> Array:
+    """A covariance, shape (n, n), whose axes are not the states."""
+    root = rng.normal(size=(n, n)) / np.sqrt(n)
+    return root @ root.T + 0.2 * np.eye(n)
+
+
+def belief(rng: np.random.Generator, n: int, m: int) -> tuple[Array, Array, Array, Array, Array]:
+    """State (n,), covariance (n, n), measurement (m,), what it sees (m, n), and its covariance (m, m)."""
+    x, z, H = rng.normal(size=n), rng.normal(size=m), rng.normal(size=(m, n))
+    return x, covariance(rng, n), z, H, covariance(rng, m)
+
+
+def prediction(
+    rng: np.random.Generator, n: int, k: int
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """State (n,), covariance (n, n), input (k,), model (n, n) and (n, k), and what it misses (n, n)."""
+    A, B = rng.normal(size=(n, n)), rng.normal(size=(n, k))
+    return rng.normal(size=n), covariance(rng, n), rng.normal(size=k), A, B, covariance(rng, n)
+
+
+def hypothesis(
+    rng: np.random.Generator, *, spread: float = 1.0, reliable: bool = True
+) -> Hypothesis:
+    """What a filter may believe; `spread` is the trace [m²] of the covariance of its position."""
+    P = np.array([covariance(rng, 3) for _ in range(3)])
+    scale = np.sqrt(spread / P[:, 0, 0].sum())
+    P[:, 0, :] *= scale
+    P[:, :, 0] *= scale
+    x, h = rng.normal(size=(3, 3)) * (5.0, 2.0, 1.0), np.array((angle(rng), rng.normal()))
+    return Hypothesis(x, P, h, covariance(rng, 2), 1.0, reliable)
+
+
+def reference(rng: np.random.Generator) -> Reference:
+    """Something to follow."""
+    r, v, a, j = rng.normal(size=(4, 3)) * ((5.0,), (2.0,), (1.0,), (1.0,))
+    return Reference(r, v, a, j, angle(rng), pace(rng))

@@ -83,3 +83,11 @@ def expect_refusal(f: Function, *args: Any) -> None:
     except (ValueError, ArithmeticError, np.linalg.LinAlgError):
         return
     expect(False, "It must raise ValueError.")
+
+
+def of_shapes(got: Any, *shapes: tuple[int, ...]) -> tuple[Array, ...]:
+    """`got` as plain arrays of these shapes; fail the check unless it is a tuple of just as many."""
+    if not isinstance(got, tuple | list) or len(got) != len(shapes):
+        asked = f"{len(shapes)} results are asked for."
+        raise WrongForm(f"{asked} This is a {type(got).__name__}.", asked)
+    return tuple(numbers(x, shape) for x, shape in zip(got, shapes, strict=True))

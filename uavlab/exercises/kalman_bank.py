@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from uavlab.exercises import kalman_bank_checks as laws
 from uavlab.exercises.spec import exercise
 from uavlab.interfaces import Memory, Readings
 from uavlab.types import Array, Command, Estimate, Hypothesis, Reference, Shift
@@ -16,15 +17,12 @@ from uavlab.types import Array, Command, Estimate, Hypothesis, Reference, Shift
 def translation_model(dt: float, p: float) -> tuple[Array, Array]:
     """Model of one axis, x[t] = A x[t−1] + B u[t], with the states position, velocity, acceleration.
 
-    The acceleration goes towards the one that was asked for; after a step the share p of the old
-    one is left. Held still, the input becomes the acceleration.
+    The acceleration goes towards the one that was asked for, the input.
 
     Parameters
     ----------
-    dt : float
-        Step [s].
-    p : float
-        Share of the acceleration that is left after one step, 0 to 1.
+    dt, p : float
+        Step [s]; share of the acceleration that is left after one step, 0 to 1.
 
     Returns
     -------
@@ -36,16 +34,12 @@ def translation_model(dt: float, p: float) -> tuple[Array, Array]:
 
 @exercise(points=1, reads="MRS eq. (8), (9), (11), Sec. 3.1")
 def heading_model(dt: float, p: float) -> tuple[Array, Array]:
-    """Model of the heading, with the states heading and heading rate.
-
-    The rate goes towards the one that is put in; after a step the share p of the old one is left.
+    """Model of the heading, with the states heading and heading rate; the rate goes towards the input.
 
     Parameters
     ----------
-    dt : float
-        Step [s].
-    p : float
-        Share of the rate that is left after one step, 0 to 1.
+    dt, p : float
+        Step [s]; share of the rate that is left after one step, 0 to 1.
 
     Returns
     -------
@@ -61,16 +55,12 @@ def predict(x: Array, P: Array, u: Array, A: Array, B: Array, Q: Array) -> tuple
 
     Parameters
     ----------
-    x : Array
-        State, shape (n,).
-    P : Array
-        Covariance of its error, shape (n, n), symmetric and positive definite.
+    x, P : Array
+        State, shape (n,); covariance of its error, shape (n, n), symmetric and positive definite.
     u : Array
         Input, shape (k,).
-    A : Array
-        Model of one step, shape (n, n).
-    B : Array
-        What the input does in one step, shape (n, k).
+    A, B : Array
+        Model of one step, shapes (n, n) and (n, k).
     Q : Array
         Covariance of what the model misses in one step, shape (n, n), symmetric; it may be
         singular. (Not per second: the MRS software keeps that, and multiplies by dt.)
@@ -95,10 +85,8 @@ def correct(x: Array, P: Array, z: Array, H: Array, R_z: Array) -> tuple[Array, 
 
     Parameters
     ----------
-    x : Array
-        State, shape (n,).
-    P : Array
-        Covariance of its error, shape (n, n), symmetric and positive definite.
+    x, P : Array
+        State, shape (n,); covariance of its error, shape (n, n), symmetric and positive definite.
     z : Array
         Measurement, shape (m,).
     H : Array
@@ -116,9 +104,8 @@ def correct(x: Array, P: Array, z: Array, H: Array, R_z: Array) -> tuple[Array, 
     Raises
     ------
     ValueError
-        Shapes that do not fit, numbers that are not finite (such a measurement must be rejected
-        before), P or R_z not symmetric and positive definite. `uavlab.covariance` has functions
-        that raise it.
+        Shapes that do not fit, numbers that are not finite, P or R_z not symmetric and positive
+        definite. `uavlab.covariance` has functions that raise it.
     """
     ...
 
@@ -145,28 +132,24 @@ class KalmanBank:
     p : tuple[float, float, float]
         What is left of horizontal acceleration, vertical acceleration and heading rate after 0.01 s
         (after dt: p to the power dt / 0.01). A heading has no input, so its rate is kept.
-    q_xy, q_z : tuple[float, float, float]
-        Variances that position, velocity and acceleration gain per second: Q = dt diag(q).
-    q_heading : tuple[float, float]
-        The same of heading and heading rate.
+    q_xy, q_z, q_heading : tuple
+        Variances that the states gain per second: Q = dt diag(q).
     start : tuple[float, float, float, float, float]
         Standard deviations at the start of position [m], velocity [m/s], acceleration [m/s²],
         heading [rad] and heading rate [rad/s].
-    gate : float
-        Normalised innovation squared per degree of freedom above which a reading is rejected.
-    forget : float
-        Weight of the newest in the running mean of normalised innovations.
-    limits : tuple[float, float]
-        Running mean of a source below which a member becomes reliable, and above which it ceases to be.
+    gate, forget, limits : float, float, tuple[float, float]
+        Of normalised innovations squared per degree of freedom: above which one is rejected; the weight
+        of the newest in their running mean; below which mean of each source a member becomes
+        reliable, and above which it ceases to be.
     patience : float
-        Time [s] without a reading of a source that was taken, after which the source counts as lost.
+        Time [s] without a reading that was taken, after which a source counts as lost.
     tilt : float
         Tilt [rad] beyond which instruments that look down (flow, rangefinder) are rejected.
 
     Raises
     ------
     LookupError
-        A source that is not known, or without a variance (`uavlab.sources.check_members` raises it).
+        A source that is not known, or has no variance (`uavlab.sources.check_members` raises it).
     """
 
     members: dict[str, tuple[str, ...]]
@@ -275,8 +258,8 @@ class KalmanBank:
         Returns
         -------
         dict[str, int]
-            Member → the number of readings that it heard and did not take, source by source. One that
-            is bad as a whole (not finite, wrong time) counts once; an attitude counts for everybody.
+            Member → how many of what it hears. One that is bad as a whole (not finite, wrong time)
+            counts once, else each source counts; an attitude counts for everybody.
         """
         ...
 
@@ -288,11 +271,10 @@ class KalmanBank:
 def arbitrate(hypotheses: Mapping[str, Hypothesis], current: str, request: str) -> str:
     """Which hypothesis flies next.
 
-    First: the one that was requested, if it is reliable. Then: the current one is left if it is
-    not reliable, for the reliable one with the least covariance. Else: it is left only for a reliable
-    one whose covariance is less than half of its own (ours: two of about the same size would take
-    turns). If none is reliable, the current one stays. The covariance is compared by the trace of
-    the positions' part.
+    First the one that was requested, if it is reliable. Else, if the current one is not reliable,
+    the reliable one with the least covariance; if it is, only one with less than half of its covariance
+    (ours: two of about the same size would take turns). If none is reliable, the current one stays.
+    Covariances are compared by the trace of the positions' part.
 
     Parameters
     ----------
@@ -318,9 +300,7 @@ def arbitrate(hypotheses: Mapping[str, Hypothesis], current: str, request: str) 
 
 @exercise(points=2, reads="MRS Sec. 3.5")
 def shift_between(a: Hypothesis, b: Hypothesis) -> Shift:
-    """Change of world from that of `a` to that of `b`: both tell the same aircraft.
-
-    Vertical is vertical in both, so it is a turn about the vertical and a translation.
+    """Change of world from that of `a` to that of `b`: a turn about the vertical, and a translation.
 
     Parameters
     ----------
@@ -351,7 +331,20 @@ def moved_reference(reference: Reference, shift: Shift) -> Reference:
     Returns
     -------
     Reference
-        Told in the new world. Its heading [rad] is carried on, not wrapped: a tracker that has wound
-        up some turns goes on from there.
+        Told in the new world. Its heading [rad] is not wrapped: one that has wound up some turns goes on.
     """
     ...
+
+
+# What is checked in public
+translation_model.check(laws.a_throw)
+translation_model.check(laws.towards_the_input)
+heading_model.check(laws.a_steady_turn)
+predict.check(laws.a_cloud_of_points)
+correct.check(laws.two_opinions_of_one_number)
+KalmanBank.check(laws.each_in_its_own_world)
+KalmanBank.check(laws.one_member_is_one_filter)
+KalmanBank.check(laws.a_source_that_is_not_there, weight=0)
+arbitrate.check(laws.requested_or_left)
+shift_between.check(laws.one_aircraft)
+moved_reference.check(laws.as_the_aircraft_sees_it)
