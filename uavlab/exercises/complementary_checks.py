@@ -132,8 +132,8 @@ def the_wind_is_found(f: Function, rng: np.random.Generator) -> None:
     flight = Blown(rng, draw.angle(rng), w=w, c=0.12)
     part, x = f(m_W=FIELD, c=flight.c, gains=FAST), None
     memory = part.init(flight.guess())
-    for _ in range(150):
-        memory, x = part.step(memory, flight.step(0.02), None, 0.02)
+    for _ in range(100):
+        memory, x = part.step(memory, flight.step(0.03), None, 0.03)
     V, v, _, w, *_ = expect_coupled(x)
     expect_close(w, flight.w, "The wind is not found.", atol=0.3)
     expect_close(v, flight.v, "The velocity over ground is wrong.", atol=0.1)

@@ -63,7 +63,7 @@ class Blown:
         self.path = Path(rng, yaw, turn=0.5, lean=0.3)
         self.w, self.c = w, c  # [m/s], world; [1/√m]
         self.t, self.r, self.v = 0.0, np.zeros(3), rng.normal(size=3)
-        self.R = self.path.at(0.0).R
+        self.before, self.R = self.v, self.path.at(0.0).R
 
     def guess(self) -> Estimate:
         """What one may believe at the start: velocity and attitude are right."""
@@ -81,6 +81,6 @@ class Blown:
             "magnetometer": Field(self.t, self.R.T @ FIELD),
             "gnss": Fix(self.t, self.r, self.v),
         }
-        a = self.R @ accel - _G
+        a, self.before = self.R @ accel - _G, self.v
         self.t, self.r, self.v, self.R = self.t + dt, self.r + dt * self.v, self.v + dt * a, there
         return readings
