@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import atan2, pi
 from typing import Any, TypeVar
 
@@ -100,22 +101,25 @@ def moved(x: T, shift: Shift) -> T:
     """
     Rz = about_z(shift.heading)
     new: dict[str, Any] = {}
-    value: Any
     for name, value in zip(x._fields, x, strict=True):
-        if name == "r":
-            new[name] = Rz @ value + shift.r
-        elif name in {"v", "a", "j", "a_d", "R"}:
-            new[name] = Rz @ value
-        elif name == "heading":
-            new[name] = wrap(value + shift.heading)
-        elif name == "z":
-            new[name] = value + shift.r[2]
-        elif name == "shift":
-            new[name] = compose(shift, value)
-        elif name == "worlds":
-            new[name] = {k: compose(shift, x) for k, x in value.items()}
-        elif name in _STAYS:
+        if name in _STAYS:
             new[name] = value
+        elif name in _MOVES:
+            new[name] = _MOVES[name](value, shift, Rz)
         else:
             raise TypeError(f"moved() does not know how {type(x).__name__}.{name} changes worlds")
     return type(x)(**new)
+
+
+def _turned(x: Array, _shift: Shift, Rz: Mat3) -> Array:
+    return Rz @ x
+
+
+_MOVES: dict[str, Callable[[Any, Shift, Mat3], Any]] = {
+    "r": lambda x, shift, Rz: Rz @ x + shift.r,
+    **dict.fromkeys(("v", "a", "j", "a_d", "R"), _turned),
+    "heading": lambda x, shift, _: wrap(x + shift.heading),
+    "z": lambda x, shift, _: x + shift.r[2],
+    "shift": lambda x, shift, _: compose(shift, x),
+    "worlds": lambda x, shift, _: {name: compose(shift, one) for name, one in x.items()},
+}

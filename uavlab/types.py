@@ -7,6 +7,7 @@ and nobody can change one in flight.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple, TypeAlias
 
@@ -126,6 +127,7 @@ class Estimate(NamedTuple):
     omega: Vec3  # (3,) angular velocity [rad/s], body
     world: str = ""  # whose world this is told in: the hypothesis that flies, if there are several
     shift: Shift = NO_SHIFT  # from the world in which the flight began to the one this is told in
+    worlds: Mapping[str, Shift] = {}  # hypothesis → from its world to the one this is told in
 
 
 class Hypothesis(NamedTuple):

@@ -46,7 +46,7 @@ def fly(
     scenario : Scenario
         From `uavlab.scenarios.load`, or your own.
     mind : Stack, optional
-        From `uavlab.stack`; the stand-ins if there is none.
+        From `uavlab.stack`; what the scenario names if there is none, else the stand-ins.
     seed : int
         Of gusts and sensors. Same seed, same log.
     plant : part or Filled, optional
@@ -69,7 +69,7 @@ def fly(
     """
     checked(scenario)
     airframe = load_airframe(scenario.airframe)
-    mind = mind or stack(scenario.airframe)
+    mind = mind or (scenario.mind or stack)(scenario.airframe)
     provenance = dict(mind.provenance)
     if isinstance(plant, Filled):
         provenance |= plant.provenance

@@ -1,14 +1,14 @@
-"""A scenario: everything that a flight needs except the mind that flies it."""
+"""A scenario: everything that a flight needs; it may name the mind that flies it if nobody brings another."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from uavlab.errors import BadInput
-from uavlab.interfaces import Mission
+from uavlab.interfaces import Mission, Stack
 from uavlab.plant import CALM, Wind
 from uavlab.types import State
 
@@ -28,6 +28,7 @@ class Scenario(NamedTuple):
     physics: float = 1000.0  # [Hz] of the plant
     mission_rate: float = 100.0  # [Hz]
     reach: float = 500.0  # [m] from the start; beyond, the flight ends with Exit.AWAY
+    mind: Callable[[str], Stack] | None = None  # airframe → who flies if nobody else is named
 
 
 def checked(scenario: Scenario) -> Scenario:

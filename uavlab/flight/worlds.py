@@ -48,11 +48,12 @@ class Worlds(NamedTuple):
 def room(ticks: int, names: tuple[str, ...] = ()) -> Worlds:
     """Worlds of so many ticks in which nothing has happened yet."""
     n, h = ticks, len(names)
-    scalars = [np.zeros((n, h)) for _ in range(3)]
     return Worlds(
-        names, np.full(n, -1), np.zeros((n, 3)), np.zeros(n),
-        np.zeros((n, h, 3)), np.zeros((n, h, 3)), np.zeros((n, h, 3)), *scalars,
-        np.zeros((n, h), dtype=bool),
+        names,
+        flies=np.full(n, -1), shift_r=np.zeros((n, 3)), shift_heading=np.zeros(n),
+        r=np.zeros((n, h, 3)), v=np.zeros((n, h, 3)), std=np.zeros((n, h, 3)),
+        heading=np.zeros((n, h)), heading_std=np.zeros((n, h)), nis=np.zeros((n, h)),
+        reliable=np.zeros((n, h), dtype=bool),
     )  # fmt: skip
 
 

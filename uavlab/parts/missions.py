@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from uavlab.errors import BadInput
-from uavlab.frames import NO_SHIFT, Shift, compose, moved
+from uavlab.frames import NO_SHIFT, Shift, compose, heading, moved
 from uavlab.parts.paths import Path, along
 from uavlab.types import Estimate, Reference, Vec3
 
@@ -67,6 +67,40 @@ class Waypoints(_Timed):
         """The last stop whose time has come (the first before any has)."""
         due = [stop for stop in self.stops if stop[0] <= t] or [self.stops[0]]
         return still(np.array(due[-1][1]), due[-1][2])
+
+
+class Elsewhere(NamedTuple):
+    """The memory of a mission that is told in another world."""
+
+    inner: Clock
+    shift: Shift | None  # its world → the estimator's, when last known
+
+
+@dataclass(frozen=True)
+class InWorld:
+    """A mission whose goals are told in the world of one hypothesis, whichever one flies (MRS Sec. 3.5, 7.1).
+
+    Until that world is known the aircraft is asked to stand where it is; while it is unknown again, the last is kept.
+    """
+
+    slot: ClassVar[str] = "mission"
+    mission: _Timed
+    world: str  # name of a hypothesis
+
+    def init(self, estimate: Estimate) -> Elsewhere:
+        """The mission from its beginning."""
+        return Elsewhere(self.mission.init(estimate), None)
+
+    def step(self, memory: Elsewhere, estimate: Estimate, dt: float) -> tuple[Elsewhere, Reference]:
+        """The goal of now, told in the world that flies."""
+        inner, goal = self.mission.step(memory.inner, estimate, dt)
+        shift = estimate.worlds.get(self.world, memory.shift)
+        goal = still(estimate.r, heading(estimate.R)) if shift is None else moved(goal, shift)
+        return Elsewhere(inner, shift), goal
+
+    def reframe(self, memory: Elsewhere, shift: Shift) -> Elsewhere:
+        """Its own world stays; the way from there is another one."""
+        return memory._replace(shift=memory.shift and compose(shift, memory.shift))
 
 
 @dataclass(frozen=True)

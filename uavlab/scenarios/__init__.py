@@ -15,6 +15,7 @@ from uavlab.parts.missions import Follow, Waypoints
 from uavlab.parts.paths import circle as circle_path
 from uavlab.parts.paths import lemniscate as eight
 from uavlab.plant import CALM
+from uavlab.scenarios.estimation import gnss_to_rtk, outdoor_indoor, rtk_lost
 from uavlab.scenarios.files import load_file
 from uavlab.sensors import Gnss, ImuSensor, Mocap
 
@@ -80,6 +81,9 @@ _ALL: dict[str, Callable[[], Scenario]] = {
     "circle-facing": circle_facing,
     "lemniscate": lemniscate,
     "gusts": gnss,
+    "gnss-to-rtk": gnss_to_rtk,
+    "rtk-lost": rtk_lost,
+    "outdoor-indoor": outdoor_indoor,
 }
 
 

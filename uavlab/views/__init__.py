@@ -3,6 +3,7 @@
 Both are imported when something is drawn, not before.
 """
 
+from uavlab.views.bank import plot_bank
 from uavlab.views.picture import picture
 from uavlab.views.plots import plot_compare, plot_flight, plot_heading, plot_path, save
 from uavlab.views.replay import Target, replay
@@ -13,6 +14,7 @@ __all__ = [
     "Shown",
     "Target",
     "picture",
+    "plot_bank",
     "plot_compare",
     "plot_flight",
     "plot_heading",

@@ -8,6 +8,7 @@ import numpy as np
 
 from uavlab.errors import BadInput
 from uavlab.flight.log import Log
+from uavlab.flight.worlds import told
 from uavlab.types import Array, Vec3
 from uavlab.views import style
 
@@ -20,7 +21,7 @@ QUAD_X = (
 
 
 def cast(logs: Log | Sequence[Log] | Mapping[str, Log]) -> dict[str, Log]:
-    """Flights by label, each cut where its pose stops being finite.
+    """Flights by label, each told in the world in which it began and cut where its pose stops being finite.
 
     Raises
     ------
@@ -40,7 +41,7 @@ def cast(logs: Log | Sequence[Log] | Mapping[str, Log]) -> dict[str, Log]:
     for label, log in named.items():
         if not isinstance(log, Log):
             raise BadInput(f"{label!r} is a {type(log).__name__}; a uavlab Log is needed.")
-    return {label: style.whole(log) for label, log in named.items()}
+    return {label: told(style.whole(log)) for label, log in named.items()}
 
 
 def rotor_places(log: Log) -> tuple[Array, Array, float]:

@@ -12,6 +12,7 @@ import numpy as np
 from uavlab.errors import BadInput
 from uavlab.flight.log import Log
 from uavlab.flight.metrics import heading_error, headings, position_error, tilt
+from uavlab.flight.worlds import told
 from uavlab.types import GRAVITY, Array
 from uavlab.views import style
 
@@ -39,8 +40,9 @@ def plot_flight(log: Log) -> Figure:
     )  # fmt: skip
     with style.styled() as plt:
         figure, axes = plt.subplots(4, 2, figsize=(10, 9), sharex=True, layout="constrained")
+        flight = told(log)
         for panel, at in zip(panels, axes.flat, strict=True):
-            panel(at, log)
+            panel(at, flight)
             _mark_end(at, log)
         for at in axes[-1]:
             at.set_xlabel("time [s]")
@@ -63,6 +65,7 @@ def plot_heading(log: Log) -> Figure:
     """Heading asked and flown, its error, and the tilt that makes it hard, over t [s]."""
     with style.styled() as plt:
         figure, axes = plt.subplots(3, 1, figsize=(7, 5.4), sharex=True, layout="constrained")
+        log = told(log)
         for panel, at in zip((_heading, _heading_error, _tilt), axes, strict=True):
             panel(at, log)
             _mark_end(at, log)
@@ -83,7 +86,7 @@ def plot_path(log: Log, *, reference: bool = True, heading_every: float | None =
     heading_every : float, optional
         Time between two arrows of heading [s]; about twenty in all if it is not given.
     """
-    log = style.whole(log)
+    log = told(style.whole(log))
     with style.styled() as plt:
         figure, (top, side) = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
         for at, (i, j) in ((top, (0, 1)), (side, (0, 2))):
@@ -111,8 +114,8 @@ def plot_compare(
     logs : mapping of str to Log
         Label → flight.
     quantities : mapping of str to callable, optional
-        Name with unit → a function of a log that gives (N,) values. Position error [m], heading
-        error [deg] and tilt [deg] if it is not given.
+        Name with unit → a function of a log (`told` in the world of the start) that gives (N,) values. Position
+        error [m], heading error [deg] and tilt [deg] if it is not given.
 
     Raises
     ------
@@ -134,7 +137,7 @@ def plot_compare(
         for at, (name, of) in zip(axes[:, 0], quantities.items(), strict=True):
             for k, (label, log) in enumerate(logs.items()):
                 color = style.SERIES[k % len(style.SERIES)]
-                at.plot(log.t, of(log), color=color, label=label)
+                at.plot(log.t, of(told(log)), color=color, label=label)
                 _mark_end(at, log, color)
             at.set_title(name)
         axes[0, 0].legend(loc="best", ncols=min(4, len(logs)))

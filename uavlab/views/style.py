@@ -109,7 +109,12 @@ def whole(log: Log) -> Log:
     if n == len(log.t):
         return log
     arrays = {k: v[:n] for k, v in log._asdict().items() if isinstance(v, np.ndarray)}
-    return log._replace(**arrays)
+    return log._replace(**arrays, worlds=log.worlds.cut(n))
+
+
+def hypothesis(k: int) -> str:
+    """The colour of hypothesis `k` of a bank; never that of the flown path."""
+    return SERIES[1 + k % (len(SERIES) - 1)]
 
 
 def nothing_to_draw(axes: Axes, why: str = "not recorded") -> None:
