@@ -34,7 +34,7 @@ CONTRACT = {
     "complementary": "attitude_step position_observer_step drag_velocity vertical_step "
     "body_filter_step inertial_filter_step CoupledFilter",
     "identification": "gyro_bias accelerometer_calibration motor_time_constant thrust_polynomial "
-    "thrust_curve drag_coefficient mass_step attitude_response",
+    "thrust_curve drag_coefficient quadratic_drag mass_step inertia_step attitude_response",
 }
 
 
