@@ -11,7 +11,15 @@ from uavlab.errors import BadInput, UnknownName
 from uavlab.types import Array
 
 # Where experiments are written down, in the order in which they are listed. A module defines EXPERIMENTS, a tuple.
-MODULES: tuple[str, ...] = ("real_attitude", "real_drag", "real_velocity", "bench_tests")
+MODULES: tuple[str, ...] = (
+    "real_attitude",
+    "real_drag",
+    "real_velocity",
+    "bench_tests",
+    "adaptive_mass",
+    "coupled",
+    "coupled_wind",
+)
 
 LEAST_SEEDS = 20  # a number of chance is a mean over at least so many flights
 
