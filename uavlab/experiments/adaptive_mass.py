@@ -14,7 +14,7 @@ from uavlab.flight.log import Log
 from uavlab.flight.scenario import Scenario, standing
 from uavlab.frames import Shift
 from uavlab.interfaces import Stack
-from uavlab.parts.controllers import Handover, TiltAxis
+from uavlab.parts.controllers import Gains, Handover, TiltAxis
 from uavlab.parts.estimators import AlphaBetaGamma
 from uavlab.parts.missions import Waypoints
 from uavlab.parts.trackers import CommandFilter
@@ -27,12 +27,13 @@ A, K = 0.06 * np.pi, 1.0  # [rad/s] and gain, as printed
 TOLD, NOMINAL, PRINTED = 1.0, 1.308, 1.394  # [kg] at the start, on the scales, and what Spica found
 WORN = NOMINAL / PRINTED  # thrust that a rotor gives, over what it was calibrated for: 0.938
 HEIGHT = 1.5  # [m] of the hover
-RISE, CALM, END = 4.0, 30.0, 42.0  # [s] when it is told to rise, to move at random, and to stop
+RISE, CALM, END = 4.0, 30.0, 40.0  # [s] when it is told to rise, to move at random, and to stop
 LEG = 2.0  # [s] between random places
 RATE = (
     60.0  # [Hz] of control, the slowest that Spica names; Euler's step of (10) would diverge at it
 )
 NAME = "MK-Quadro"
+GAINS = Gains(k_p=2.5, k_v=2.5, k_R=4.0)  # slow motors bear no more
 # Filters that have settled while it stood on the ground, commanded to carry the mass that it was told.
 STANDING = MassMemory(0.0, TOLD * GRAVITY, GRAVITY, 1.0 / TOLD)
 # (6) with g = +9.81 in a hover that is right at first.
@@ -63,7 +64,7 @@ class AdaptiveMass:
     ) -> tuple[Adapted, Command]:
         """Learn from the thrust of the last tick, then command with what was learned."""
         mass = learned(memory.mass, estimate.v, estimate.R, memory.f_d, dt, self.g)
-        law = TiltAxis(1.0 / mass.inverse)
+        law = TiltAxis(1.0 / mass.inverse, GAINS)
         _, command = law.step(Handover(None, None), estimate, reference, dt)
         return Adapted(mass, command.f_d), command
 
