@@ -109,7 +109,7 @@ def everything(rng: np.random.Generator, steps: int) -> list[dict[str, Any]]:
 @hidden(KalmanBank)
 def members_do_not_know_of_each_other(f: Function, rng: np.random.Generator) -> None:
     """Each member of a bank must do what it would do alone, in whatever order its sources and readings are given."""
-    plan, a_d = everything(rng, 4), draw.vector(rng)
+    plan, a_d = everything(rng, 3), draw.vector(rng)
     _, all_of_them = run(f(FIVE, NOISE), at(world="gnss"), plan, a_d)
     backwards = [dict(reversed(readings.items())) for readings in plan]
     for name, own in FIVE.items():
