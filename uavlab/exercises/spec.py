@@ -26,6 +26,7 @@ from uavlab.types import Array
 STEMS = (
     "dynamics",
     "heading",
+    "kalman_bank",
     "complementary",
     "identification",
 )  # the labs that exist, in order; their numbers are the positions
