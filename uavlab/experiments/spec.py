@@ -12,11 +12,12 @@ from uavlab.types import Array
 
 # Where experiments are written down, in the order in which they are listed. A module defines EXPERIMENTS, a tuple.
 MODULES: tuple[str, ...] = (
+    "kalman_bank",
     "real_attitude",
     "real_drag",
     "real_velocity",
     "bench_tests",
-    "adaptive_mass",
+    "adaptive_mass", "attitude_fit",
     "coupled",
     "coupled_wind",
 )
