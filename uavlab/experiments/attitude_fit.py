@@ -194,7 +194,8 @@ def attitude_fit(seeds: int) -> Outcome:
     )  # fmt: skip
     remarks = (
         f"The F550 with the stand-in's tilt law (8 1/s) and its embedded rate loop, at {RATE:g} Hz; tilt and "
-        f"velocity with {TILT_NOISE} rad and {VELOCITY_NOISE} m/s of noise. Fit: pitch, then roll alone; validation: both at once.",
+        f"velocity with {TILT_NOISE} rad and {VELOCITY_NOISE} m/s of noise.",
+        "Fit: pitch alone, then roll alone; validation: both at once.",
         "True damping: of the rotors 0.0794·√9.81 = 0.249 1/s along x and y, none along z; of the body, more "
         "the faster it is.",
         f"Error of the motion: what (11) misses of the velocity after {AHEAD:g} s, told the tilt as measured. Above "
