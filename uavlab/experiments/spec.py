@@ -17,9 +17,12 @@ MODULES: tuple[str, ...] = (
     "real_drag",
     "real_velocity",
     "bench_tests",
-    "adaptive_mass", "attitude_fit",
+    "adaptive_mass",
+    "attitude_fit",
     "coupled",
     "coupled_wind",
+    "coupled_starts",
+    "bearing_pose",
 )
 
 LEAST_SEEDS = 20  # a number of chance is a mean over at least so many flights
