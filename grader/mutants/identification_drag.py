@@ -19,7 +19,7 @@ CANARY = "canary-1c0d84efd9fd5213c4c00be3"
 
 def flights(rng: np.random.Generator) -> list[Arguments]:
     drawn = []
-    for n in (15, 30, 20):
+    for n in (15, 30, 25, 20):
         V, a_z = bench.sweep(rng, n)
         c_2, c, offset = rng.uniform((0.005, 0.05, 0.1), (0.02, 0.2, 0.3), size=(2, 3)).T
         accel = pulled(V, a_z, c_2, c, offset)

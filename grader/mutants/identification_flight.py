@@ -216,7 +216,7 @@ def torque_not_filtered(memory, omega, torque, dt, *, a, k):
 @sample(attitude_response)
 def stick_flights(rng: np.random.Generator) -> list[Arguments]:
     drawn = []
-    for noise in (0.0, 0.002, 0.004):
+    for noise in (0.0, 0.002, 0.003, 0.004):
         t, b = np.arange(0.0, 12.0, 0.04), bench.closed_loop(rng)
         reference = bench.stick(rng, t)
         drawn.append((t, reference, bench.loop(t, reference, *b) + noise * rng.normal(size=300)))

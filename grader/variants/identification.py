@@ -258,7 +258,6 @@ def _moves(t, reference):
 @variant(attitude_response)
 def output_error(t, reference, measured):
     """The numbers, the first tilt and rate, and the trim with which the simulated tilt is nearest to the measured."""
-    from scipy.linalg import expm
     from scipy.optimize import least_squares
     from scipy.signal import lfilter
 
@@ -270,12 +269,11 @@ def output_error(t, reference, measured):
     def parts(x):
         """Tilt from the reference, from a first tilt, from a first rate, and from a trim, each with gain one."""
         b_0, b_1 = x * (pace**2, pace)
-        big = np.zeros((4, 4))
-        big[:2] = ((0.0, 1.0, 0.0, 0.0), (-b_0, -b_1, 1.0, 0.0))
-        big[2, 3] = 1.0
-        E = expm(big * dt)
-        A, late = E[:2, :2], E[:2, 3] / dt
-        soon = E[:2, 2] - late
+        n, h = np.sqrt(complex(b_0 - 0.25 * b_1 * b_1)), 0.5 * b_1
+        c, k = np.cos(n * dt).real, (dt * np.sinc(n * dt / np.pi)).real
+        A = np.exp(-h * dt) * np.array(((c + k * h, k), (-k * b_0, c - k * h)))
+        rest, ramp = np.array((1.0, 0.0)) / b_0, np.array((-b_1 / b_0, 1.0)) / b_0 / dt
+        late, soon = rest + ramp - A @ ramp, A @ (ramp - rest) - ramp
         den = (1.0, -np.trace(A), np.linalg.det(A))
         turned = np.array(((A[1, 1], -A[0, 1]), (-A[1, 0], A[0, 0])))  # adj(z − A) = z − turned
         num = (late[0], soon[0] - (turned @ late)[0], -(turned @ soon)[0])

@@ -271,7 +271,7 @@ def _record(t: Array, **signals: Array) -> tuple[Array, ...]:
     """Times that run forwards, and signals of the same length, all finite."""
     t = _finite("t", t, (None,), 10)
     if not np.all(np.diff(t) > 0.0):
-        i = int(np.argmin(np.diff(t)))
+        i = int(np.flatnonzero(~(np.diff(t) > 0.0))[0])
         raise BadInput(
             f"t runs backwards or stands still: t[{i}] = {t[i]:g} s, t[{i + 1}] = {t[i + 1]:g} s. Sort the "
             "samples by time and drop repeated ones."
