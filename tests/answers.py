@@ -4,6 +4,8 @@ import importlib
 from functools import partial
 from types import SimpleNamespace
 
+import numpy as np
+
 
 def reference(x):
     """The reference answer to an exercise."""
@@ -16,8 +18,16 @@ class Kept:
     def __init__(self, memory, history):
         self.memory, self.history = memory, history
 
-    def __repr__(self):
-        return self.history
+
+def spelled(value):
+    """What tells values apart, to the bit, and can be compared: ten times as fast as to print them."""
+    if isinstance(value, np.ndarray) and value.dtype.kind != "O":
+        return value.shape, value.dtype.str, value.tobytes()
+    if isinstance(value, (tuple, list)):
+        return (type(value).__name__, *map(spelled, value))
+    if isinstance(value, dict):
+        return tuple((k, spelled(v)) for k, v in value.items())
+    return value.history if isinstance(value, Kept) else repr(value)
 
 
 def through(x, answer, hook):
@@ -26,10 +36,10 @@ def through(x, answer, hook):
     ``ask()`` is the result of `answer`; `text` says all that was asked, of a class with its whole history.
     """
     if not x.is_class:
-        return lambda *a, **k: hook(partial(answer, *a, **k), repr((a, k)), a)
+        return lambda *a, **k: hook(partial(answer, *a, **k), spelled((a, k)), a)
 
     def make(*args, **kwargs):
-        made, origin = answer(*args, **kwargs), repr((args, kwargs))
+        made, origin = answer(*args, **kwargs), spelled((args, kwargs))
         part = SimpleNamespace()
         for method in x.methods.values():
             setattr(part, method.name, partial(_call, hook, method, made, origin))
@@ -39,7 +49,7 @@ def through(x, answer, hook):
 
 
 def _call(hook, method, made, origin, *args, **kwargs):
-    text = str(hash((origin, method.name, repr((args, kwargs)))))
+    text = str(hash((origin, method.name, spelled((args, kwargs)))))
     opened = [_open(v) for v in args], {k: _open(v) for k, v in kwargs.items()}
     apart = method.apart(getattr(made, method.name)(*opened[0], **opened[1]))
     assert apart is not None

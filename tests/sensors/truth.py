@@ -41,6 +41,11 @@ def watch(sensor: Any, ticks: int, *, seed: int = 0, dt: float = 0.01, see: Any 
     return arrived
 
 
+def spread(n: int) -> float:
+    """How far the standard deviation of `n` independent samples may lie off, as a share: four of its own."""
+    return 4.0 / np.sqrt(2.0 * n)
+
+
 def kept(arrived: list) -> list:
     """Only the ticks in which something arrived."""
     return [x for x in arrived if x is not None]
