@@ -16,7 +16,6 @@ from uavlab.sources import NORTH
 
 CORRECTED = 6.0  # [s], when corrections arrive or are lost
 SWITCH = 8.0  # [s], when the mission asks for the differential receiver
-DOOR = 10.0  # [s], when the aircraft passes the door
 
 
 def bank_mind(setup: Setup, requests: tuple[tuple[float, str], ...] = ()) -> Callable[[str], Stack]:
@@ -76,16 +75,21 @@ def rtk_lost() -> Scenario:
 
 def outdoor_indoor() -> Scenario:
     """Through a door: satellites are lost, a map and optic flow take over; the goals stay what they were."""
+    return through_a_door(10.0)
+
+
+def through_a_door(door: float) -> Scenario:
+    """The flight of `outdoor_indoor` with satellites lost at `door` [s], and all else in proportion."""
     stops = (
         (0.0, (0.0, 0.0, 2.0), 0.0),
-        (3.0, (6.0, 0.0, 2.0), 0.0),
-        (DOOR, (12.0, 0.0, 2.0), 0.0),
-        (DOOR + 6.0, (12.0, 4.0, 2.0), 0.0),
+        (0.3 * door, (0.6 * door, 0.0, 2.0), 0.0),
+        (door, (1.2 * door, 0.0, 2.0), 0.0),
+        (1.6 * door, (1.2 * door, 0.4 * door, 2.0), 0.0),
     )
-    gnss = Gnss(outages=(Outage(DOOR, 1e9),))
-    slam = Slam(outages=(Outage(0.0, DOOR - 3.0),))  # too far from walls before
+    gnss = Gnss(outages=(Outage(door, 1e9),))
+    slam = Slam(outages=(Outage(0.0, 0.7 * door),))  # too far from walls before
     return Scenario(
-        "outdoor-indoor", "", "F450", Waypoints(stops), standing((0, 0, 2)), 24.0,
+        "outdoor-indoor", "", "F450", Waypoints(stops), standing((0, 0, 2)), 2.4 * door,
         _outdoors(gnss=gnss, slam=slam, **carry("flow")),
         mind=bank_mind(chosen("gnss", "slam", "flow", "flow+slam"), ((0.0, "gnss"),)),
     )  # fmt: skip

@@ -97,7 +97,7 @@ def _stem(log: Log, block: bytes) -> str:
 
 def _block(flights: dict[str, Log], target: Target | None, thrusts: bool) -> bytes:
     """The page's data and the scene's messages, packed."""
-    from uavlab.views import props
+    from uavlab.views import ghosts, props
     from uavlab.views.scene import Scene
 
     scene = Scene()
@@ -120,6 +120,8 @@ def _block(flights: dict[str, Log], target: Target | None, thrusts: bool) -> byt
             if thrusts:
                 props.add_thrusts(scene, f"{node}/aircraft", log, key, size)
         page["flights"].append(_caption(label, log, key, color, node))
+        if k == 0:
+            page["flights"][0] |= ghosts.add_hypotheses(scene, node, log, key, size, 0.6 * radius)
     if target is not None:
         _add_target(scene, target, size * _arm(flights))
     page["legend"] = _legend(flights, target, thrusts, step, size)
@@ -223,6 +225,9 @@ def _legend(
     ]
     if style.seen(first.r_d):
         rows.append([style.REFERENCE, "asked path and frame"])
+    rows += [
+        [style.hypothesis(k), f"what {name} believes"] for k, name in enumerate(first.worlds.names)
+    ]
     if thrusts and style.seen(first.rotors):
         rows.append(["#2CA02C", "thrust of each rotor"])
     if target is not None:
