@@ -91,3 +91,11 @@ def of_shapes(got: Any, *shapes: tuple[int, ...]) -> tuple[Array, ...]:
         asked = f"{len(shapes)} results are asked for."
         raise WrongForm(f"{asked} This is a {type(got).__name__}.", asked)
     return tuple(numbers(x, shape) for x, shape in zip(got, shapes, strict=True))
+
+
+def expect_name(got: Any, want: str, message: str = "Another one is asked for.") -> None:
+    """Fail the check unless `got` is that text."""
+    if type(got) is not str:
+        asked = "A name is asked for."
+        raise WrongForm(f"{asked} This is a {type(got).__name__}.", asked)
+    expect(got == want, message)
