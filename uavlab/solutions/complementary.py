@@ -303,7 +303,7 @@ class CoupledFilter:
         new: dict[str, object] = {"age": memory.age + dt}
         rejected = memory.rejected
         for name, reading in readings.items():
-            if not all(np.isfinite(x).all() for x in reading):
+            if not all(isfinite(x) for field in reading for x in np.ravel(field).tolist()):
                 rejected += 1
             elif isinstance(reading, Imu):
                 new["imu"] = reading
