@@ -299,7 +299,7 @@ def gauss_newton_on_spectra(t, reference, measured):
     """Spectra by sums, a first guess by weighted least squares, and then the slopes of the model."""
     _moves(t, reference)
     dt = (t[-1] - t[0]) / (len(t) - 1)
-    omega = 2.0 * np.pi * np.arange(1, len(t) // 6) / (t[-1] - t[0])
+    omega = 2.0 * np.pi * np.arange(1, len(t) // 10) / (t[-1] - t[0])
     waves = np.exp(-1j * np.outer(omega, t - t[0])) * dt
     waves[:, (0, -1)] /= 2.0
     ref, said = waves @ reference, waves @ measured
@@ -311,11 +311,11 @@ def gauss_newton_on_spectra(t, reference, measured):
         ]
 
     x, D = np.zeros(5), s**2 + s + 1.0
-    for _ in range(15):
+    for _ in range(10):
         M = np.stack((-said, -s * said, ref, one, s), axis=1) / D[:, None]
         x = nearest(M, s**2 * said / D)
         D = s**2 + x[1] * s + x[0]
-    for _ in range(15):
+    for _ in range(10):
         D = s**2 + x[1] * s + x[0]
         model = (x[2] * ref + x[3] + x[4] * s) / D
         slopes = np.stack((-model, -s * model, ref, one, s), axis=1) / D[:, None]
