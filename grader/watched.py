@@ -109,9 +109,8 @@ def same(a: Any, b: Any) -> bool:
     """Whether plain data are the same to the last bit; what is held is not looked into."""
     if a is b or isinstance(a, Held) or isinstance(b, Held):
         return a is b
-    if type(a) is type(b) is np.ndarray and a.dtype == b.dtype and a.dtype.kind != "O":
-        if a.shape == b.shape and a.tobytes() == b.tobytes():  # nearly always, and soon seen
-            return True
+    if _same_bytes(a, b):  # nearly always, and soon seen
+        return True
     if isinstance(a, tuple | list) and isinstance(b, tuple | list):
         return len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, dict) and isinstance(b, dict):
@@ -122,6 +121,12 @@ def same(a: Any, b: Any) -> bool:
         return np.array_equal(first, second, equal_nan=both)
     except Exception:
         return False
+
+
+def _same_bytes(a: Any, b: Any) -> bool:
+    if not (type(a) is type(b) is np.ndarray) or a.dtype.kind == "O":
+        return False
+    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
 
 
 def _opened(x: Any) -> Any:
