@@ -3,7 +3,10 @@
 import numpy as np
 
 from uavlab.flight.log import Log
+from uavlab.flight.worlds import Worlds
 from uavlab.types import Exit
+
+ELSEWHERE = np.array([4.0, -3.0, 1.0])  # [m], where the origin lies in the world of a map
 
 
 def circle_log(duration=6.0, dt=0.01, radius=3.0, exit_=Exit.DONE, reason="", **meta):
@@ -35,3 +38,35 @@ def circle_log(duration=6.0, dt=0.01, radius=3.0, exit_=Exit.DONE, reason="", **
         f_d=share.sum(axis=1), omega_d=np.zeros((len(t), 3)), solve=o + 2e-4,
         exit=exit_, reason=reason or exit_.value, meta=known | meta,
     )  # fmt: skip
+
+
+def banked_log(duration=6.0):
+    """The circle, flown on "gnss", from half time on on "map", whose world is turned by 1 rad and lies elsewhere."""
+    log = circle_log(duration)
+    n = len(log.t)
+    late = np.arange(n) >= n // 2
+    turn, r = np.where(late, 1.0, 0.0), np.where(late[:, None], ELSEWHERE, 0.0)
+    eta = np.arctan2(log.R[:, 1, 0], log.R[:, 0, 0])
+    there = _about_z(log.r_e, 1.0) + ELSEWHERE
+    worlds = Worlds(
+        ("gnss", "map"), np.where(late, 1, 0), r, turn,
+        r=np.stack([log.r_e + 0.2 * log.t[:, None] / duration, there], axis=1),
+        v=np.stack([log.v, _about_z(log.v, 1.0)], axis=1),
+        std=np.full((n, 2, 3), 0.1), heading=np.stack([eta, eta + 1.0], axis=1),
+        heading_std=np.full((n, 2), 0.02), nis=np.ones((n, 2)),
+        reliable=np.stack([np.ones(n, dtype=bool), np.arange(n) >= n // 4], axis=1),
+    )  # fmt: skip
+    told = {
+        k: np.where(late[:, None], _about_z(getattr(log, k), 1.0), getattr(log, k))
+        for k in ("v_e", "v_d", "a_d")
+    }
+    for k in ("r_e", "r_d"):
+        told[k] = np.where(
+            late[:, None], _about_z(getattr(log, k), 1.0) + ELSEWHERE, getattr(log, k)
+        )
+    return log._replace(**told, heading_d=log.heading_d + turn, worlds=worlds)
+
+
+def _about_z(x, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return x @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T

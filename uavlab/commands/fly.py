@@ -1,6 +1,6 @@
 """Fly a scenario: numbers on the screen; log, replay and plots in a folder.
 
-The minds are the stand-ins that come with uavlab. Exit code 1 means that the flight ended badly.
+The minds are the stand-ins that come with uavlab, or those that the scenario names. Exit code 1 means that the flight ended badly.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ class FixedPriority:
 
     slot: ClassVar[str] = "estimator"
     order: tuple[str, ...] = ("mocap", "rtk", "gnss", "slam")
-    patience: float = 1.0  # [s]
+    patience: float = 0.3  # [s]: an observer of acceleration cannot wait long
     observer: AlphaBetaGamma = _OBSERVER
 
     def init(self, estimate: Estimate) -> Anchored:
