@@ -111,6 +111,8 @@ def _write(log: Any, out: Path) -> None:
         log.save(part / "log.npz")
         views.save(views.plot_flight(log), part / "flight.png")
         views.save(views.plot_path(log), part / "path.png")
+        if len(log.t) and log.worlds.names:
+            views.save(views.plot_bank(log), part / "bank.png")
         if len(log.t):
             views.save(views.picture(log), part / "replay.png")
             views.replay(log, part / "replay.html")
