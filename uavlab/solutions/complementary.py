@@ -10,7 +10,7 @@ terms with g change their sign, and −a_z his our +a_z. Velocities, cross produ
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, cosh, exp, inf, isfinite, sin, sinh, sqrt
+from math import cos, exp, expm1, inf, isfinite, sin, sqrt
 
 import numpy as np
 
@@ -53,8 +53,7 @@ UPRIGHT = 0.2  # R33 below which height and drag give no vertical velocity in th
 
 def attitude_step(q: Quat, omega: Vec3, q_meas: Quat, gain: float, dt: float) -> Quat:
     """Passive complementary filter on SO(3) (Spica eq. 12), solved exactly: stable at any gain and dt."""
-    # On floats: small arrays would take ten times as long.
-    w, x, y, z = q.tolist()
+    w, x, y, z = q.tolist()  # on floats: small arrays would take ten times as long
     m_w, m_x, m_y, m_z = q_meas.tolist()
     # δq = q* ⊗ q_meas. By (12) its tangent |δq_v| / δq_s, of half the error, falls like exp(−gain t).
     d_w = w * m_w + x * m_x + y * m_y + z * m_z
@@ -98,23 +97,22 @@ def position_observer_step(
 ) -> tuple[Vec3, Vec3]:
     """Position observer (Spica eq. 11, errata: it is the derivative), exact while r_meas and accel_W stand still."""
     if not (k_p > 0.0 and k_v > 0.0):
-        raise BadInput(
-            f"k_p = {k_p} and k_v = {k_v}: the observer is stable only if both are above 0."
-        )
+        raise BadInput(f"k_p = {k_p}, k_v = {k_v}: to be stable, both must be above 0.")
     if r_meas is None:
         return r + v * dt + accel_W * (0.5 * dt * dt), v + accel_W * dt
     # Where (11) comes to rest: there k_v (r_meas − r) = −accel and v = −k_p (r_meas − r).
     e = accel_W / k_v
     x, y = r - (r_meas + e), v - k_p * e
     # From there (x, y) moves with A = [[−k_p, 1], [−k_v, 0]]: e^{A dt} = e^{−k_p dt/2} (c I + s (A + k_p/2 I)).
-    square = 0.25 * k_p * k_p - k_v
+    half, square = 0.5 * k_p, 0.25 * k_p * k_p - k_v
     n = sqrt(abs(square))
-    c = cosh(n * dt) if square > 0.0 else cos(n * dt)
-    s = dt if n * dt < 1e-8 else (sinh(n * dt) if square > 0.0 else sin(n * dt)) / n
-    fade, half = exp(-0.5 * k_p * dt), 0.5 * k_p
-    r_new = r_meas + e + fade * ((c - s * half) * x + s * y)
-    v_new = k_p * e + fade * ((c + s * half) * y - s * k_v * x)
-    return r_new, v_new
+    if square > 0.0:  # c and s with the fading factor in them
+        less, slow = -expm1(-2.0 * n * dt), exp((n - half) * dt)
+        c, s = slow * (1.0 - 0.5 * less), slow * less / (2.0 * n)
+    else:
+        fade = exp(-half * dt)
+        c, s = fade * cos(n * dt), fade * (sin(n * dt) / n if n > 0.0 else dt)
+    return r_meas + e + (c - s * half) * x + s * y, k_p * e + (c + s * half) * y - s * k_v * x
 
 
 # Bangura: measurements --------------------------------------------------------------------------------
@@ -266,9 +264,9 @@ class CoupledFilter:
     ) -> tuple[Memory, CoupledEstimate]:
         """Hold what was measured, pull the filters towards each other, step all three, then the wind."""
         now = self._read(memory, readings, dt)
+        k, one, two, w = self.gains, now.body, now.inertial, now.w
         if now.imu is None:
             return now, _estimate(now)
-        k, one, two, w = self.gains, now.body, now.inertial, now.w
         gap = two.v - w - one.R @ one.V  # between the two air-relative velocities, world
         apart = _half_vee(one.R @ two.R.T)  # axis of R_1 R_2ᵀ, world, times the sine of its angle
         bias = one.b_a - two.b_a
