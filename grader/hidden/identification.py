@@ -134,7 +134,7 @@ def a_noisy_step(f: Function, rng: np.random.Generator) -> None:
     """From one step with noise of one percent the time constant must come out to five percent, up or down."""
     for side in (-1.0, 1.0):
         tau, start = float(rng.uniform(0.03, 0.07)), float(rng.uniform(450.0, 600.0))
-        t = np.linspace(0.0, 9.0 * tau, 300)
+        t = np.linspace(0.0, rng.uniform(7.0, 11.0) * tau, 300)
         command = np.full(300, start + 400.0 * side)
         speed = bench.lag(t, command, tau, start) + 4.0 * rng.normal(size=300)
         expect_close(f(t, command, speed), tau, "The time constant is off.", atol=0.05 * tau)
@@ -163,7 +163,7 @@ def a_step_that_comes_late(f: Function, rng: np.random.Generator) -> None:
 def another_clock_and_another_unit(f: Function, rng: np.random.Generator) -> None:
     """Time in milliseconds must make it a thousand times larger; speeds in rpm, or from an offset, change nothing."""
     tau, size = float(rng.uniform(0.03, 0.07)), float(rng.uniform(5.0, 12.0))
-    t = np.linspace(0.0, 10.0 * tau, 200)
+    t = np.linspace(0.0, rng.uniform(7.0, 12.0) * tau, 200)
     command = np.full(200, 800.0)
     speed = bench.lag(t, command, tau, 300.0)
     expect_close(f(1e3 * t, command, speed), 1e3 * tau, atol=10.0 * tau)
