@@ -53,7 +53,11 @@ def steps_of(notebook: Notebook) -> list[Step]:
             if is_students(cell) or _is_needed(cell, source, needed, words & answers):
                 steps.append(Step(place, source=source))
                 needed |= words
-    return steps[::-1]
+    steps.reverse()
+    first = next(
+        (i for i, x in enumerate(steps) if x.keep or is_students(cells[x.cell])), len(steps)
+    )
+    return [step._replace(ours=i < first) for i, step in enumerate(steps)]
 
 
 def _is_needed(cell: Cell, source: str, needed: set[str], calls: set[str]) -> bool:

@@ -40,3 +40,9 @@ def test_cells_that_show_answers_draw_or_fly_are_not_run():
 
 def test_every_cell_of_the_student_s_own_is_run():
     assert _run(_cell("unused = f(1)", "own-1"), ANSWER) == ["unused = f(1)", ANSWER["source"]]
+
+
+def test_only_what_runs_before_anything_of_the_student_s_is_not_their_time():
+    imports, later = _cell("import numpy as np"), _cell("def helper(x):\n    return base")
+    cells = [imports, _cell("base = 3", "own-1"), later, ANSWER, CHECK]
+    assert [step.ours for step in steps_of({"cells": cells})] == [True, False, False, False, False]
