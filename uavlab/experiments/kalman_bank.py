@@ -21,7 +21,7 @@ from uavlab.sensors import Outage
 from uavlab.types import Array
 
 SOURCE = "MRS Sec. 3.5"
-AT, END = 1.2, 2.6  # [s] the switch, and the end of these flights
+AT, END = 1.2, 2.2  # [s] the switch, and the end of these flights
 MEAN, WORST = partial(np.mean, axis=0), partial(np.max, axis=0)
 
 
@@ -78,7 +78,7 @@ def _switch(seeds: int) -> Outcome:
     rows = (
         _row("reference coordinates jump at the switch [m]", "several metres", jump, Band(0.5, inf)),
         _row(
-            "true displacement that the offset makes, until 1.4 s after the switch [m]", "none",
+            "true displacement that the offset makes, within 1 s of the switch [m]", "none",
             offset[:, k:].max(axis=1), Band(0.0, 0.02),
             "worst tick, against the same noise with both receivers in the same coordinates",
         ),
@@ -94,6 +94,7 @@ def _switch(seeds: int) -> Outcome:
         _row(
             "true distance from the flight that did not switch, within 0.25 s [m]", "none",
             quick, Band(0.0, 0.02),
+            f"mean of the flights; the worst is {quick.max():.3f} m: its two filters disagree most on the velocity",
         ),
         _row(
             "the same, within 1 s [m]", "—", other[:, k : k + 100].max(axis=1), None,
