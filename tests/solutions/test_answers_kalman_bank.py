@@ -81,7 +81,7 @@ def test_over_many_flights_the_errors_are_as_large_as_the_filter_says():
     Q, runs = 0.1 * np.diag((0.1, 1.0, 1.0)), 80
     root = np.linalg.cholesky(Q)
     for said, honest in ((0.04, True), (0.04 / 3, False)):
-        nees, nis = 0.0, 0.0
+        off, nis = 0.0, 0.0
         for seed in range(runs):
             rng = np.random.default_rng(seed)
             truth, x, P, last = rng.normal(size=3), ZERO, np.eye(3), 0.0
@@ -91,9 +91,9 @@ def test_over_many_flights_the_errors_are_as_large_as_the_filter_says():
                 x, P = predict(x, P, u, A, B, Q)
                 z = truth[:1] + 0.2 * rng.normal(size=1)
                 x, P, last = correct(x, P, z, POSITION, np.array(((said,),)))
-            nees += (truth - x) @ np.linalg.solve(P, truth - x)
+            off += (truth - x) @ np.linalg.solve(P, truth - x)
             nis += last
-        for total, degrees in ((nees, 3 * runs), (nis, runs)):
+        for total, degrees in ((off, 3 * runs), (nis, runs)):
             low, high = chi2.ppf((5e-4, 1 - 5e-4), degrees)
             assert (low < total < high) == honest
 

@@ -190,7 +190,7 @@ def test_one_filter_for_all_follows_the_metres_between_two_receivers_and_a_bank_
 
 def test_a_bank_that_cannot_be_is_refused_with_the_nearest_name():
     with pytest.raises(UnknownName, match=r"Did you mean 'gnss\.position'"):
-        KalmanBank({"a": ("gnss.positon",)}, {"gnss.positon": 1.0})
+        KalmanBank({"a": ("gnss.positions",)}, {"gnss.positions": 1.0})
     with pytest.raises(UnknownName, match=r"no variance named 'gnss\.position'"):
         KalmanBank({"a": ("gnss.position",)}, {})
     with pytest.raises(BadInput, match="hears nothing"):
