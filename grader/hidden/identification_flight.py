@@ -168,7 +168,7 @@ def true_from_the_first_second(f: Function, rng: np.random.Generator) -> None:
         m, a, dt = float(rng.uniform(0.8, 3.0)), float(rng.uniform(0.2, 1.0)), 0.004
         v_z, start = float(rng.uniform(-1.0, 1.0)), float(rng.uniform(-2.0, 2.0))
         memory = MassMemory(v_z, 0.0, 0.0, 1.0 / m)
-        for i in range(60):
+        for i in range(110):
             R, u_1 = draw.tilted(rng, 0.3, 0.6), m * g * (1.2 + 0.6 * np.sin(0.15 * i + start))
             v_z += dt * (u_1 * R[2, 2] / m - g)
             memory = expect_mass_memory(f(memory, v_z, R, u_1, dt, a=a, k=50.0, g=g))
