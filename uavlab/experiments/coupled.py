@@ -24,6 +24,10 @@ LOW = (1.6, 1.6, 1.0)  # [m/s] top speeds, Table IV
 HIGH = (14.8, 8.0, 5.0)
 GNSS = Noise(velocity=0.1, rate=10.0)
 PARASITIC = PAPER_PARTS[0] * np.sqrt(GRAVITY)  # [1/m] of Bangura's quadratic fit, in hover
+LOOSE = (
+    "a few flights pull the mean up: V_z is made with the estimated tilt (errata), and at 14 m/s ten degrees of tilt "
+    "are 2.5 m/s of V_z; with drag told as wrong as here the tilt of Filter 1 follows it, and u shows it (to 1.6)"
+)
 HOW = (
     f"Smooth flights by chance, {RATE:g} Hz; errors count after {SETTLED:g} s. Noise, all ours: {QUIET.accel} m/s² "
     f"and {QUIET.gyro} rad/s, biases of {QUIET.accel_bias} m/s² (what zeroing in hover leaves) "
@@ -87,8 +91,8 @@ def run_high(seeds: int) -> Outcome:
         "Errors are against the truth; Bangura's are against GPS, whose noise is in them.",
         f"Linear: rotor drag of {PAPER_C}, as the filter is told. Quadratic: the aircraft has the drag of Bangura's "
         f"quadratic fit, {PAPER_PARTS[0]} V|V| + {PAPER_PARTS[1]} V, and the filter is told c = {c:.4f}, the line "
-        "that a calibration flight at these speeds finds. His own line, 0.0794, does not fit his parabola (errata: 44 % "
-        "at 14 m/s, three times at low speed), so what it gives is told and not judged.",
+        "that a calibration flight at these speeds finds. His own line, 0.0794, does not fit his parabola (errata: 44 "
+        "% at 14 m/s, three times at low speed), so what it gives is told and not judged.",
     )
     panels = (*speed_panels(linear[0], "linear drag"), *speed_panels(fitted[0], "quadratic drag"))
     return Outcome(rows, panels, remarks)
@@ -102,18 +106,21 @@ def _high_rows(
     rows = []
     for i, (axis, (m, s)) in enumerate(zip("xyz", papers, strict=True)):
         band = Band(0.0, bands[i]) if bands else None
-        rows.append(
-            Row(
-                f"{what}: mean error of V_{axis} [m/s]",
-                m,
-                mean[:, i].mean(),
-                band,
-                mean[:, i].std(),
+        ours = float(mean[:, i].mean())
+        note = LOOSE if band and ours > band.high else ""
+        name = f"{what}: mean error of V_{axis} [m/s]"
+        rows.append(Row(name, m, ours, band, float(mean[:, i].std()), note))
+        if note:
+            rows.append(
+                Row(
+                    f"{what}: the same, median of the flights [m/s]",
+                    m,
+                    float(np.median(mean[:, i])),
+                )
             )
-        )
         if bands:
             rows.append(Row(f"{what}: standard deviation of that error [m/s]", s, std[:, i].mean()))
-    return rows  # fmt: skip
+    return rows
 
 
 def run_table(seeds: int) -> Outcome:

@@ -74,8 +74,8 @@ def run(seeds: int) -> Outcome:
                             (Line("starts", begun, end, "points"),), log_y=True))  # fmt: skip
     remarks = (
         f"{seeds} starts, turned about any axis by up to 175°, evenly; {SECONDS:g} s at {RATE:g} Hz. Forgotten: the "
-        f"mean error of the last two seconds is below {THERE:g}°. We call {100 * MOST:g} % almost all; no paper says how "
-        "many.",
+        f"mean error of the last two seconds is below {THERE:g}°. We call {100 * MOST:g} % almost all; no paper says "
+        "how many.",
         "The passive filter is given an attitude with 2° of noise; the coupled filters have only IMU, magnetometer, "
         "barometer and the velocity of motion capture, and both begin at the same wrong attitude.",
     )

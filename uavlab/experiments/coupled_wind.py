@@ -130,8 +130,8 @@ def run_dropout(seeds: int) -> Outcome:
     )  # fmt: skip
     remarks = (
         "Still air as in Figs 12 and 13: velocity over ground is off for 54 s as there, 120 s earlier. The same for "
-        f"15 s in a steady wind of {np.linalg.norm(WIND):.1f} m/s, to see it decay and come back. {HALF:g} Hz, velocity at "
-        f"{CAMERAS.rate:g} Hz.",
+        f"15 s in a steady wind of {np.linalg.norm(WIND):.1f} m/s, to see it decay and come back. {HALF:g} Hz, "
+        f"velocity at {CAMERAS.rate:g} Hz.",
         "The filters wait half a second before they call a velocity lost.",
         "The paper prints no numbers here, only that nothing goes unstable.",
     )
