@@ -19,6 +19,7 @@ MODULES: tuple[str, ...] = (
     "bench_tests",
     "adaptive_mass",
     "attitude_fit",
+    "drag_sweep",
     "coupled",
     "coupled_wind",
     "coupled_starts",
