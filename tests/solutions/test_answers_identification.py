@@ -256,3 +256,11 @@ def test_inputs_are_left_alone():
     accelerometer_calibration(samples, R), gyro_bias(samples, 100.0)
     for was, x in zip(before, given_, strict=True):
         assert np.array_equal(was, x)
+
+
+def test_orientations_that_only_noise_tells_apart_are_refused_with_a_cure():
+    rng = np.random.default_rng(8)
+    R = Rotation.from_euler("z", np.linspace(0, 300, 12)[:, None], degrees=True).as_matrix()
+    samples = R[:, 2] * 9.81 + 0.05 * rng.normal(size=(12, 3))
+    with pytest.raises(BadInput, match="tilt it about two axes"):
+        accelerometer_calibration(samples, R)

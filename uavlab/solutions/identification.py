@@ -18,6 +18,7 @@ from uavlab.types import GRAVITY, Array, InertiaMemory, MassMemory, Mat3, Vec3
 Number = float | Array
 
 RANK = 1e-6  # smallest over largest singular value, columns of unit length, below which a fit is not unique
+SKEWED = 1e3  # condition of T above which noise, not the orientations, made it
 FREE_FALL = 1.0  # [m/s²] along body z, at and below which drag says nothing of the velocity
 LOOSE = 0.2  # standard error over value, above which a number is not identified
 STILL = 1e-6  # [rad] less than this is no motion of a reference
@@ -48,6 +49,11 @@ def accelerometer_calibration(samples: Array, attitudes: Array) -> tuple[Mat3, V
     Y = -g @ attitudes  # rows −gᵀ R_i
     X = _least_squares(M, Y, "orientations that do not lie in one plane: tilt it about two axes")
     T = X[:3].T
+    if not np.linalg.cond(T) < SKEWED:
+        raise BadInput(
+            f"attitudes do not determine T: its condition is {np.linalg.cond(T):.2g}, allowed {SKEWED:g}. They differ "
+            "by turns about the vertical only, or nearly; tilt it about two axes."
+        )
     return T, np.linalg.solve(T, X[3])  # X[3] = T b
 
 
