@@ -89,8 +89,8 @@ def run(seeds: int) -> Outcome:
         *_raw_rows(raw),
         Row("filtered, in flight: position, rms [m]", "good enough", r_rms.mean(), Band(0.0, 0.1), r_rms.std()),
         Row("filtered, in flight: attitude, rms [deg]", "good enough", R_rms.mean(), Band(0.0, 3.0), R_rms.std()),
-        Row("flight: farthest from its reference, mean of the seeds [m]", "—", away.mean(), Band(0.0, 0.3), away.std()),
-        Row("flight: farthest from its reference, worst seed [m]", "—", away.max()),
+        Row("flight: farthest from its reference, mean of the seeds [m]", "—", away.mean(), None, away.std()),
+        Row("flight: farthest from its reference, worst seed [m]", "—", away.max(), Band(0.0, 0.3)),
         Row("share of the flights that stay within 0.3 m", "—", float(np.mean(away <= 0.3))),
         Row("share of the flights that end as planned", "1", float(whole), Band(1.0, 1.0)),
     )  # fmt: skip
@@ -100,8 +100,9 @@ def run(seeds: int) -> Outcome:
         "Raw bands are what we expected of this geometry, give or take a quarter; the paper prints no numbers. "
         "The homography is the corrected one: as printed it misses by metres (errata).",
         "Closed loop: F450, estimate from the reference attitude filter and position observer, stand-ins for tracker "
-        f"and controller, IMU noise of the MRS simulation, biases calibrated as in Sec. 5 (0.001 rad/s, 0.02 m/s² left). Gains {BeaconEstimator.gain:g} 1/s and two poles "
-        "at −3 rad/s; the paper's (62.8 1/s, 10 Hz) would let all the noise through.",
+        "and controller. IMU noise of the MRS simulation; biases calibrated as in Sec. 5: 0.001 rad/s and 0.02 m/s² are "
+        f"left. Gains {BeaconEstimator.gain:g} 1/s and two poles at −3 rad/s; the paper's (62.8 1/s, 10 Hz) let all the "
+        "noise through.",
     )
     return Outcome(rows, _panels(raw, logs[0]), remarks)
 

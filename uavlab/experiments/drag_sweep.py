@@ -86,7 +86,7 @@ def run(seeds: int) -> Outcome:
     )  # fmt: skip
     remarks = (
         f"Flights of {SECONDS:g} s between rest and {TOP:g} m/s, read at {RATE:g} Hz. GPS noise of {GPS} m/s. "
-        f"Comparable noise: {SHAKE} m/s² on each specific force, which makes R² what Bangura has; he blames GPS, but 0.5 "
+        f"Comparable noise: {SHAKE} m/s² on each specific force, which makes R² like Bangura's; he blames GPS, but 0.5 "
         "m/s alone leaves R² near 1 (row 5).",
         "GPS noise flattens the line a little: by 0.25 over 0.25 and the variance of the speed, 1 %.",
         "Bangura's line and parabola are not of one aircraft: the line through an aircraft with his parabola is not "
