@@ -36,7 +36,7 @@ def coupled_errors(seed: int) -> Array:
 
 
 def passive_errors(seed: int) -> Array:
-    """The same of the passive filter, which is given a noisy attitude."""
+    """Errors (M,) [deg] of the passive filter in time, which is given a noisy attitude."""
     step = answer("complementary", "attitude_step")
     true, rng = wandering(seed, SECONDS, (1.6, 1.6, 1.0), (7.0, 9.0, 6.0), rate=RATE)
     q = so3.quaternion_from_rotation(true.R[0] @ wrong_start(seed)[0])
@@ -66,7 +66,7 @@ def run(seeds: int) -> Outcome:
             Row(f"{what}: error at the end, median [deg]", "—", float(np.median(end))),
             Row(f"{what}: error at the end, largest [deg]", "—", end.max()),
         ]  # fmt: skip
-        some = (Line("", t, x) for x in off[:: max(seeds // 40, 1)])
+        some = (Line("", t, x) for x in off[:: max(seeds // 25, 1)][:25])
         lines = (*some, Line(f"{THERE:g}°", t, np.full(len(t), THERE), "paper"))
         title = f"{what}: {int(there.sum())} of {seeds} starts are forgotten"
         panels.append(Panel(title, "time [s]", "attitude error [deg]", lines, log_y=True))
