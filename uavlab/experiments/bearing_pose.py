@@ -101,8 +101,8 @@ def run(seeds: int) -> Outcome:
         "The homography is the corrected one: as printed it misses by metres (errata).",
         "Closed loop: F450, estimate from the reference attitude filter and position observer, stand-ins for tracker "
         "and controller. IMU noise of the MRS simulation; biases calibrated as in Sec. 5: 0.001 rad/s and 0.02 m/s² "
-        f"are left. Gains {BeaconEstimator.gain:g} 1/s and two poles at −3 rad/s; the paper's (62.8 1/s, 10 Hz) let all "
-        "the noise through.",
+        f"are left. Gains {BeaconEstimator.gain:g} 1/s and two poles at −3 rad/s; the paper's (62.8 1/s, 10 Hz) let "
+        "all the noise through.",
     )
     return Outcome(rows, _panels(raw, logs[0]), remarks)
 
