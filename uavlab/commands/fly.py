@@ -1,6 +1,7 @@
 """Fly a scenario: numbers on the screen; log, replay and plots in a folder.
 
-The minds are the stand-ins that come with uavlab, or those that the scenario names. Exit code 1 means that the flight ended badly.
+The minds are the stand-ins that come with uavlab, or those that the scenario names. Exit code 1 means that the flight
+ended badly.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ NAME = "fly"
 
 def add(parser: argparse.ArgumentParser) -> None:
     """The arguments."""
-    parser.add_argument("scenario", metavar="NAME", help="a scenario of `uavlab list`, or the path of a .toml")
+    parser.add_argument(
+        "scenario", metavar="NAME", help="a scenario of `uavlab list`, or the path of a .toml"
+    )
     for flag, kind, letter, said in (
         ("--airframe", str, "A", "another airframe, or the path of a .toml"),
         ("--seed", int, "N", "of gusts and sensors (0)"),
