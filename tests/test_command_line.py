@@ -135,6 +135,7 @@ def test_wind_reaches_the_flight_and_the_seed_decides_the_gusts(tmp_path):
     assert (logs[0].wind != logs[2].wind).any()
 
 
+@pytest.mark.slow
 def test_a_flight_that_ends_badly_is_written_and_gives_exit_code_1(capsys, tmp_path, monkeypatch):
     from uavlab.types import Exit
 
@@ -229,6 +230,7 @@ def test_a_folder_that_is_a_file_is_refused_and_left_alone(capsys, tmp_path):
     assert files(tmp_path) == ["taken"]
 
 
+@pytest.mark.slow
 def test_a_write_that_fails_in_the_middle_leaves_nothing(tmp_path, monkeypatch, capsys):
     from uavlab import views
     from uavlab.errors import BadFile
