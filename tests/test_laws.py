@@ -8,8 +8,10 @@ import pytest
 
 from uavlab.flight.fill import fill
 from uavlab.frames import Shift, compose, inverse, moved
+from uavlab.parts.adaptive import AdaptiveController
 from uavlab.parts.bank import BankEstimator, chosen, fused
-from uavlab.parts.controllers import HeadingController, TiltAxis
+from uavlab.parts.complementary import ComplementaryEstimator, CoupledEstimator
+from uavlab.parts.controllers import Handover, HeadingController, TiltAxis
 from uavlab.parts.estimators import AlphaBetaGamma
 from uavlab.parts.missions import Follow, InWorld, Waypoints, still
 from uavlab.parts.paths import circle, lemniscate
@@ -35,9 +37,10 @@ BANK = fill(BankEstimator, requests=((0.0, "gnss"), (0.02, "slam")))
 ESTIMATORS = [
     AlphaBetaGamma(), AlphaBetaGamma(position="gnss"), FixedPriority(), BANK.part,
     fill(BankEstimator, setup=fused(chosen("gnss", "rtk"))).part,
+    fill(ComplementaryEstimator, height="mocap").part, fill(CoupledEstimator).part,
 ]  # fmt: skip
 TRACKERS = [CommandFilter()]
-CONTROLLERS = [TiltAxis(MASS), HEADING.part]
+CONTROLLERS = [TiltAxis(MASS), HEADING.part, fill(AdaptiveController, mass=MASS).part]
 MISSIONS = [
     Waypoints(((0.0, (0.0, 0.0, 2.0), 0.3), (0.5, (1.0, 2.0, 3.0), -1.0))),
     Follow(circle(np.array([1.0, 2.0, 3.0]), 5.0), 1.4, 3.0),
@@ -204,6 +207,9 @@ def test_a_controller_that_takes_over_repeats_the_last_command_and_then_lets_go(
     assert same(first, COMMAND, 1e-12)
     for _ in range(2000):
         memory, later = part.step(memory, estimate, reference, DT)
+    if isinstance(part, AdaptiveController):  # it has learned meanwhile: another command is right
+        assert memory.handover == Handover(None, None)
+        return
     _, fresh = part.step(part.init(estimate, None), estimate, reference, DT)
     assert same(later, fresh, 1e-6)
 

@@ -79,28 +79,25 @@ class ComplementaryEstimator:
         """One tick of `dt` [s]: turn, push, correct."""
         was, pose, height = memory.estimate, memory.pose, memory.height
         imu, seen, high = readings.get("imu"), readings.get("mocap"), readings.get(self.height)
-        omega, accel = was.omega, was.R.T @ (was.a + _G)
+        omega, turn, accel = was.omega, np.zeros(3), was.R.T @ (was.a + _G)
         if isinstance(imu, Imu):
-            omega, accel = imu.gyro, imu.accel
+            omega, turn, accel = imu.gyro, imu.gyro, imu.accel
         if isinstance(seen, Pose):
             pose = seen
         if isinstance(high, Height | Pose):
             height = high.z if isinstance(high, Height) else float(high.r[2])
         q, k = quaternion_from_rotation(was.R), self.gain
         q_meas = q if pose is None else quaternion_from_rotation(pose.R)
-        R = rotation_from_quaternion(self.attitude_step(q, omega, q_meas, k, dt))
+        R = rotation_from_quaternion(self.attitude_step(q, turn, q_meas, k, dt))
         a = R @ accel - _G
         r_meas = None if pose is None else pose.r
         r, v = self.position_observer_step(was.r, was.v, a, r_meas, self.k_p, self.k_v, dt)
         vertical = self.vertical_step(memory.vertical, R, accel, height, dt, gains=self.vertical)
         r, v = np.array((r[0], r[1], vertical.z)), np.array((v[0], v[1], vertical.v_z))
         if pose is not None:  # carried on by what is flown until the next one
-            turned = rotation_from_quaternion(
-                self.attitude_step(
-                    quaternion_from_rotation(pose.R), omega, quaternion_from_rotation(pose.R), k, dt
-                )
-            )
-            pose = Pose(pose.t, pose.r + v * dt, turned)
+            seen_q = quaternion_from_rotation(pose.R)
+            turned = self.attitude_step(seen_q, turn, seen_q, k, dt)
+            pose = Pose(pose.t, pose.r + v * dt, rotation_from_quaternion(turned))
         a = a - np.array((0.0, 0.0, vertical.b_z))
         estimate = was._replace(r=r, v=v, a=a, R=R, omega=omega)
         return Held(estimate, vertical, pose, height), estimate
@@ -125,6 +122,7 @@ class Flown(NamedTuple):
 
     filters: Any  # the memory of the coupled filter
     estimate: Estimate
+    awake: bool  # an inertial sample has arrived
 
 
 @dataclass(frozen=True)
@@ -151,7 +149,7 @@ class CoupledEstimator:
 
     def init(self, estimate: Estimate) -> Flown:
         """Continue from `estimate`."""
-        return Flown(self._filter().init(estimate), estimate)
+        return Flown(self._filter().init(estimate), estimate, False)
 
     def step(
         self, memory: Flown, readings: Readings, command: Command, dt: float
@@ -159,17 +157,20 @@ class CoupledEstimator:
         """One tick of `dt` [s]."""
         was = memory.estimate
         filters, out = self._filter().step(memory.filters, readings, command, dt)
+        if not memory.awake and "imu" not in readings:
+            return memory, was
         r = was.r + out.v * dt
         fix = readings.get(self.velocity)
         if isinstance(fix, Fix) and bool(np.isfinite(fix.r).all()):
             r = r + min(self.k_r * 0.1, 1.0) * (fix.r - r)  # fixes come ten times a second
         r = np.array((r[0], r[1], out.z))
         estimate = was._replace(r=r, v=out.v, a=out.a, R=out.R, omega=out.omega)
-        return Flown(filters, estimate), estimate
+        return Flown(filters, estimate, True), estimate
 
     def reframe(self, memory: Flown, shift: Shift) -> Flown:
         """The same belief, told in the new world."""
-        return Flown(self._filter().reframe(memory.filters, shift), moved(memory.estimate, shift))
+        filters = self._filter().reframe(memory.filters, shift)
+        return memory._replace(filters=filters, estimate=moved(memory.estimate, shift))
 
     def hypotheses(self, memory: Flown) -> Mapping[str, Hypothesis]:
         """It has one belief only."""
