@@ -36,6 +36,7 @@ def cost(item: pytest.Item) -> int:
     return 2 if "lab" in marks else 1 if "slow" in marks else 0
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items):
     """Group the tests for ``--dist loadgroup``, long files first: at the end no worker waits for one of them."""
     costs = {}

@@ -98,12 +98,22 @@ def _flown(scenario: Any, seed: int) -> Any:
 def _print(log: Any) -> None:
     from uavlab.commands.list_ import print_rows
     from uavlab.flight.metrics import summary
+    from uavlab.flight.worlds import flown_by
     from uavlab.views.style import ending, provenance, title
 
     print(title(log))
     print(ending(log))
     print_rows([(name, f"{value:10.3f}") for name, value in summary(log).items()])
     print(f"flown by {provenance(log)}")
+    for name in log.meta["provenance"]:
+        part, _, missing = name.partition(" without ")
+        if missing:
+            print(
+                f"{part} was flown by its stand-in: {missing} not found. Install the answers with "
+                "`pip install uavlab-solutions`, or fly your own from a notebook."
+            )
+    for start, end, who in flown_by(log) if log.worlds.names else []:
+        print(f"  {start:6.2f} to {end:6.2f} s on {who or 'what it was given at the start'}")
 
 
 def _write(log: Any, out: Path) -> None:

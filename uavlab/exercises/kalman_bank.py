@@ -293,7 +293,8 @@ def arbitrate(hypotheses: Mapping[str, Hypothesis], current: str, request: str) 
     Raises
     ------
     LookupError
-        `current` or `request` is not among the names (`uavlab.errors.UnknownName`, a KeyError, …).
+        `current` or `request` is not among the names: ``UnknownName("hypothesis", name, hypotheses)``
+        of `uavlab.errors`, or a KeyError.
     """
     ...
 

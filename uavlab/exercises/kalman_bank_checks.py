@@ -116,7 +116,7 @@ def a_source_that_is_not_there(f: Function, rng: np.random.Generator) -> None:
 
 
 def requested_or_left(f: Function, rng: np.random.Generator) -> None:
-    """A reliable request must be obeyed, one that is not reliable must not, and who is not reliable must not fly on."""
+    """A reliable request is obeyed, an unreliable one is not; the unreliable is left, the nearly as good is kept."""
     names = [str(x) for x in rng.permutation(["gnss", "rtk", "slam", "flow"])]
     spreads = np.cumprod(rng.uniform(2.5, 4.0, size=4))
     told = {
@@ -128,6 +128,8 @@ def requested_or_left(f: Function, rng: np.random.Generator) -> None:
     expect_name(f(told, best, sick), best, "It flies on a hypothesis that is not reliable.")
     expect_name(f(told, sick, ""), best, "The best of the others should fly.")
     expect_name(f(told, last, ""), best, "The best one should fly.")
+    told[sick] = draw.hypothesis(rng, spread=float(0.7 * spreads[0]))
+    expect_name(f(told, best, ""), best, "One that is hardly better should not take over.")
 
 
 def one_aircraft(f: Function, rng: np.random.Generator) -> None:
