@@ -23,10 +23,10 @@ demo: setup  ## the main job: two labs from source to grade, and a 3D replay
 	$(BIN)/python -m grader.demo
 
 test: setup lint types imports spell  ## everything that must hold; CI runs this
-	$(BIN)/python -m pytest -n auto --dist loadgroup --no-loadscope-reorder
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 test-fast: setup  ## the tests of under a minute
-	$(BIN)/python -m pytest -m "not slow and not lab" -n auto --dist loadgroup --no-loadscope-reorder
+	$(BIN)/python -m pytest -m "not slow and not lab" -n auto --dist loadfile --no-loadscope-reorder
 
 check: test  ## the same as test: lint, types, imports, spelling, tests
 
