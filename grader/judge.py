@@ -99,6 +99,8 @@ def run(check: Check, answer: Function, rng: np.random.Generator, *, public: boo
     except Exception as error:
         # Which error it was would carry hidden inputs out, a letter at a time.
         why = f" (Your code raised {_name(error) if public else 'an error'}.)"
+        if error is not getattr(answer, "raised", error):  # the check could not read what came back
+            why = " (What it returns has not the form that the docstring asks for: the types of its fields.)"
     else:
         return Result(check.name, True, check.sentence, check.weight, public)
     return Result(check.name, False, check.sentence + why, check.weight, public)

@@ -127,7 +127,14 @@ def _judge_all(
             verdict = judge(exercise, answer, options.seed)
             why = stopped.get(f"answer-{exercise.name}", "")
             trouble = list(dict.fromkeys(map(str, answer.faults)))
-            said = report(verdict, fault=why, trouble=trouble)
+            if why and not verdict.score:  # a mistake of syntax, say: no check has seen an answer
+                verdict = verdict._replace(results=(), hint="")
+                trouble = [f"the answer cell {why}", *trouble]
+            said = report(
+                verdict,
+                fault=why,
+                trouble=[x for x in trouble if not x.startswith("the answer cell")],
+            )
             checks[grade_id] = {"score": verdict.score, "text": said, "trouble": trouble}
     return Marks(checks, stopped, cpu=remote.cpu)
 

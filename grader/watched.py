@@ -36,6 +36,7 @@ class Watched:
     def __init__(self, answer: Function, methods: Mapping[str, Method] = NO_METHODS) -> None:
         self.answer, self.methods, self.calls = answer, methods, 0
         self.changed = self.unfinished = False
+        self.raised: Exception | None = None  # what the answer raised last
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Call the answer on copies of the arguments."""
@@ -48,8 +49,9 @@ class Watched:
         given, named = copied(args), copied(kwargs)
         try:
             return f(*map(_opened, given), **{k: _opened(v) for k, v in named.items()})
-        except NotImplementedError:
-            self.unfinished = True
+        except Exception as error:
+            self.raised = error
+            self.unfinished |= isinstance(error, NotImplementedError)
             raise
         finally:
             if not same(given, args) or not same(named, kwargs):

@@ -295,6 +295,9 @@ def cut_out_of_a_flight(f: Function, rng: np.random.Generator) -> None:
 def a_second_flight(f: Function, rng: np.random.Generator) -> None:
     """From a noisy flight the model must be good enough to tell a second flight, to a tenth of its motion."""
     b = bench.closed_loop(rng)
+    slower = (0.3 * b[0], 0.55 * b[1], 0.3 * b[2])  # one guess for all aircraft must not do
+    got = numbers(f(*record(rng, slower)), (3,))
+    expect(np.all(np.abs(got - slower) < 0.25 * np.array(slower)), "A number is off by a quarter.")
     got = numbers(f(*record(rng, b, 0.004)), (3,))
     expect(np.all(np.abs(got - b) < 0.25 * np.array(b)), "A number is off by a quarter.")
     t, reference, flew = record(rng, b, cut=False)

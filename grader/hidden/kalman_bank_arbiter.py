@@ -46,7 +46,7 @@ def a_request_first(f: Function, rng: np.random.Generator) -> None:
         expect_name(f(told, current, request), want)
 
 
-@hidden(arbitrate)
+@hidden(arbitrate, weight=2.0)
 def the_most_certain_of_the_reliable(f: Function, rng: np.random.Generator) -> None:
     """Without a request the most certain of the reliable must fly, once it is twice as certain as a healthy one."""
     told = crowd(rng, rng.uniform(1.0, 1.5) * np.array((0.1, 1.0, 1.2, 1.4, 5.0)), sick=(0, 2))
@@ -169,7 +169,9 @@ def there_and_back(f: Function, rng: np.random.Generator) -> None:
         expect_close(two, one)
 
 
-@hidden(moved_reference)
+@hidden(
+    moved_reference, weight=8.0
+)  # heavy: a shipped helper that wraps headings passes all others
 def wound_up(f: Function, rng: np.random.Generator) -> None:
     """A heading that has wound up some turns must go on from there, and its rate stay as it is."""
     for turns in (-2, 0, 3):

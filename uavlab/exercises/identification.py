@@ -315,7 +315,7 @@ def attitude_response(t: Array, reference: Array, measured: Array) -> tuple[floa
 
     The paper fits in the frequency domain. Mind three things: noise that is differentiated grows, a
     record that is cut out of a flight neither begins nor ends at rest, and either signal may have a
-    constant trim, which means nothing.
+    constant trim, which means nothing. The grader waits two seconds for an answer.
 
     Parameters
     ----------
