@@ -133,6 +133,7 @@ def test_something_is_seen_after_each_exercise(stem):
     assert since
 
 
+@pytest.mark.lab
 def test_the_cells_of_the_labs_are_clean_code(course):
     # F401: the first cell imports what an answer may need, whether or not the reference does.
     ignored = "F401,D,ANN,PLR,PLW2901,C901"

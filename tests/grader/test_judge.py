@@ -30,7 +30,7 @@ def full_marks(x, answer, seeds):
 
 @each
 def test_the_reference_gets_full_marks(x):
-    full_marks(x, reference(x), range(3))
+    full_marks(x, reference(x), range(1))
 
 
 @pytest.mark.slow
