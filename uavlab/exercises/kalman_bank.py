@@ -293,8 +293,7 @@ def arbitrate(hypotheses: Mapping[str, Hypothesis], current: str, request: str) 
     Raises
     ------
     LookupError
-        `current` or `request` is not among the names: ``UnknownName("hypothesis", name, hypotheses)``
-        of `uavlab.errors`, or a KeyError.
+        No such name: ``uavlab.errors.UnknownName("hypothesis", name, hypotheses)``, or a KeyError.
     """
     ...
 
