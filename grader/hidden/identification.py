@@ -132,8 +132,12 @@ def stairs(rng: np.random.Generator, t: Array, every: float) -> Array:
 @hidden(motor_time_constant, weight=2.0)
 def a_noisy_step(f: Function, rng: np.random.Generator) -> None:
     """From one step with noise of one percent the time constant must come out to five percent, up or down."""
-    for side, span in ((-1.0, rng.uniform(6.0, 8.0)), (1.0, rng.uniform(10.0, 12.0))):
-        tau, start = float(rng.uniform(0.03, 0.07)), float(rng.uniform(450.0, 600.0))
+    quick, slow = (
+        rng.uniform(0.03, 0.045),
+        rng.uniform(0.055, 0.07),
+    )  # one guess for both must not do
+    for side, span, tau in ((-1.0, 7.0, float(quick)), (1.0, 11.0, float(slow))):
+        span, start = span * rng.uniform(0.9, 1.1), float(rng.uniform(450.0, 600.0))
         t = np.linspace(0.0, span * tau, 300)
         command = np.full(300, start + 400.0 * side)
         speed = bench.lag(t, command, tau, start) + 4.0 * rng.normal(size=300)

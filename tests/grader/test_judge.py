@@ -121,7 +121,7 @@ def test_an_answer_is_called_a_bounded_number_of_times(x):
         calls.append(watched.calls)
     flights = [n for n in calls if n > 100]
     short = sum(calls) - sum(flights) + len(material.samples(x, np.random.default_rng(0)))
-    assert short <= 400
+    assert short <= (600 if x.methods else 400)  # a class is made and asked again
     assert sum(flights) <= 1500
 
 
@@ -132,7 +132,7 @@ def test_every_lab_is_flown_with_the_student_s_own_function(stem):
         for item in material.hidden_checks(x) if x.stem == stem else ():
             watched = Watched(reference(x), x.methods)
             item.run(watched, np.random.default_rng(0))
-            flown += [item.name] if watched.calls >= 200 else []
+            flown += [item.name] if watched.calls >= (70 if x.methods else 200) else []
     assert flown
 
 

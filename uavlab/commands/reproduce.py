@@ -124,7 +124,10 @@ def once(name: str, seeds: int | None, out: Path) -> Run:
     kept = record(experiment, seeds or experiment.seeds, outcome)
     figure = None
     if outcome.panels:
-        figure = views.save(views.plot_outcome(kept, outcome.panels), out / f"{name}.png", dpi=90)
+        dpi = (
+            90 if len(outcome.panels) <= 6 else 55
+        )  # figures are kept with the book: not too large
+        figure = views.save(views.plot_outcome(kept, outcome.panels), out / f"{name}.png", dpi=dpi)
     save_record(kept, out / f"{name}.json")
     return Run(name, kept, figure, seconds)
 
