@@ -1,7 +1,7 @@
 """What crosses between the judge and a student's process: frames of JSON, and plain data only.
 
 A frame is its length (4 bytes, big-endian) and UTF-8 JSON. Numbers, texts, lists, tuples, dicts, arrays and the
-NamedTuples of `uavlab.types` cross; nothing else does, and nothing that crosses is ever executed. Both sides
+NamedTuples of `RECORDS` cross; nothing else does, and nothing that crosses is ever executed. Both sides
 import this module, but only the judge's side has to defend itself: `decode` trusts no size, depth or type.
 """
 
@@ -14,6 +14,7 @@ import math
 import struct
 from collections.abc import Callable, Mapping
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ MAX_TEXT = 200  # characters of one text
 MAX_NDIM = 4
 DTYPES = {"<f8", "<f4", "<i8", "<i4", "|u1", "|b1"}
 HEADER = struct.Struct(">I")
+RECORDS = ("types", "frames", "gains")  # modules of uavlab whose NamedTuples may cross
 _JSON = json.JSONEncoder(separators=(",", ":"))
 
 
@@ -72,9 +74,7 @@ def length(header: bytes) -> int:
 @cache
 def records() -> dict[str, Any]:
     """The NamedTuples that may cross, by name."""
-    from uavlab import frames, types
-
-    found = {**vars(types), **vars(frames)}.values()
+    found = [x for name in RECORDS for x in vars(import_module(f"uavlab.{name}")).values()]
     return {
         x.__name__: x
         for x in found

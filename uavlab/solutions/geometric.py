@@ -1,0 +1,221 @@
+"""Lab 07, the reference answers: the controller that flies on SE(3), and a torque loop below it.
+
+Papers: MRS is Baca et al. 2021, Spica is Spica et al. 2013. Numbers in comments are their equations; where the errata
+correct one, the line says so. Errors are measured minus wanted here, as in MRS; Spica counts the other way.
+"""
+
+# canary-2f71c0be94d8a3561e07bb42
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, hypot, tan
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from uavlab import frames
+from uavlab.errors import BadInput
+from uavlab.gains import GROUPS, GeometricGains, TorqueGains
+from uavlab.so3 import about_z, vee
+from uavlab.solutions.heading import (
+    attitude_with_heading,
+    parasitic_yaw_rate,
+    yaw_rate_from_heading_rate,
+)
+from uavlab.types import GRAVITY, Array, Command, Estimate, Mat3, Reference, Shift, Vec3
+
+E3 = np.array((0.0, 0.0, 1.0))
+LIGHTEST = (
+    0.1  # of the nominal mass: the limit of the software is above the mass of a small aircraft
+)
+LEAST = 1.0  # [N] least vertical force: one that points down would turn the aircraft over
+FADE = 0.5  # [s] with which the difference to the command before us fades
+
+# Attitude ---------------------------------------------------------------------------------------------
+
+
+def attitude_error(R: Mat3, R_d: Mat3) -> Vec3:
+    """Rotation error of Lee (MRS eq. 24)."""
+    return vee(0.5 * (R_d.T @ R - R.T @ R_d))  # (24)
+
+
+def jerk_feedforward(f_d: Vec3, m_e: float, R_d: Mat3, jerk_d: Vec3) -> Vec3:
+    """Attitude rate that a jerk asks for (MRS eq. 26)."""
+    size = float(np.linalg.norm(f_d))
+    if size == 0.0:
+        raise BadInput("f_d is zero: without thrust no attitude makes a jerk.")
+    return (
+        m_e / size * np.cross(E3, R_d.T @ jerk_d)
+    )  # (26), errata: m_e over ‖f_d‖, and no transpose
+
+
+def rate_command(R: Mat3, R_d: Mat3, heading_rate_d: float, omega_j: Vec3, k_R: Vec3) -> Vec3:
+    """Body rates: feedback, jerk, heading rate, and what roll and pitch make of the heading (MRS eq. 25)."""
+    omega = -np.asarray(k_R) * attitude_error(R, R_d) + omega_j  # (25), first two terms
+    omega[2] += yaw_rate_from_heading_rate(R_d, heading_rate_d)  # (31), errata: missing in (25)
+    omega[2] += parasitic_yaw_rate(R, omega)  # (25): −ω_c of Sec. 5.3
+    return omega
+
+
+# Force, disturbances and mass -------------------------------------------------------------------------
+
+
+def desired_force(
+    estimate: Estimate,
+    reference: Reference,
+    m_e: float,
+    d_w: Vec3,
+    d_b: Vec3,
+    gains: GeometricGains,
+) -> Vec3:
+    """Force that closes position and velocity errors (MRS eq. 38)."""
+    e_p, e_v = estimate.r - reference.r, estimate.v - reference.v
+    a = reference.a - np.multiply(gains.k_p, e_p) - np.multiply(gains.k_v, e_v)
+    return m_e * (a + GRAVITY * E3) - _pushed(estimate.R, d_w, d_b)  # (38), errata: d in N
+
+
+def disturbance_step(
+    d_w: Vec3, d_b: Vec3, e_p: Vec3, heading: float, dt: float, gains: GeometricGains
+) -> tuple[Vec3, Vec3]:
+    """Integrators of the disturbances, in the world and turning with the heading (MRS eq. 35)."""
+    flat = np.array((e_p[0], e_p[1], 0.0))  # the height belongs to the mass
+    d_w = d_w + gains.k_iw * dt * flat  # (35)
+    d_b = d_b + gains.k_ib * dt * (
+        about_z(-heading) @ flat
+    )  # (35), errata: no H in front of the sum
+    return d_w.clip(-gains.d_max, gains.d_max), d_b.clip(-gains.d_max, gains.d_max)
+
+
+def estimated_mass(m_e: float, e_z: float, dt: float, m: float, gains: GeometricGains) -> float:
+    """One step of the mass that the height error tells (MRS eq. 37)."""
+    m_e = m_e - gains.k_m * e_z * dt  # (37), errata: who is heavy sags, e_z < 0, and must gain mass
+    return float(min(max(m_e, m - gains.m_max, LIGHTEST * m), m + gains.m_max))
+
+
+def unbiased_acceleration(f_d: float, R: Mat3, d_w: Vec3, d_b: Vec3, m_e: float) -> Vec3:
+    """What thrust and disturbances together do to the aircraft (MRS eq. 53)."""
+    return (f_d * R[:, 2] + _pushed(R, d_w, d_b)) / m_e - GRAVITY * E3  # (53), errata: m_e g, not g
+
+
+def _pushed(R: Mat3, d_w: Vec3, d_b: Vec3) -> Vec3:
+    """Force of both disturbances [N], world, without a vertical part (MRS eq. 36, 38)."""
+    d = d_w + about_z(frames.heading(R)) @ d_b
+    return np.array((d[0], d[1], 0.0))
+
+
+# Torque and limits ------------------------------------------------------------------------------------
+
+
+def torque_command(
+    R: Mat3,
+    R_d: Mat3,
+    omega: Vec3,
+    omega_d: Vec3,
+    omega_dot_d: Vec3,
+    integral: Vec3,
+    J: Mat3,
+    gains: TorqueGains,
+) -> Vec3:
+    """PID on SO(3) with gyroscopic and feed-forward terms (Spica eq. 5)."""
+    e_R = -attitude_error(R, R_d)  # Spica counts wanted minus measured
+    Q = R.T @ R_d  # what is told in the desired frame → body
+    e_omega = Q @ omega_d - omega
+    feedback = np.multiply(gains.k_R, e_R) + np.multiply(gains.k_iR, integral)
+    feedback = feedback + np.multiply(gains.k_omega, e_omega)
+    ahead = J @ (Q @ omega_dot_d - np.cross(omega, Q @ omega_d))
+    return feedback + np.cross(omega, J @ omega) + ahead  # (5)
+
+
+def scale_to_limits(
+    u: Array, u_gravity: Array, allocation: Array, f_min: float, f_max: float
+) -> Array:
+    """What departs from hovering, scaled until every rotor can do it (Spica Sec. 4)."""
+    inverse = np.linalg.pinv(allocation)
+    u_res = u - u_gravity
+    hover, more = inverse @ u_gravity, inverse @ u_res
+    if np.any(hover < f_min - 1e-9) or np.any(hover > f_max + 1e-9):
+        raise BadInput(
+            f"u_gravity needs rotor thrusts from {hover.min():.3g} to {hover.max():.3g} N, allowed {f_min:g} to "
+            f"{f_max:g} N: this aircraft cannot hover. Give it stronger rotors or less weight."
+        )
+    room = np.where(more > 0.0, f_max - hover, f_min - hover)
+    moves = np.abs(more) > 1e-12
+    most = np.divide(room, more, out=np.ones_like(more), where=moves)
+    return u_gravity + np.clip(most.min(), 0.0, 1.0) * u_res  # closed form: errata
+
+
+# The controller ---------------------------------------------------------------------------------------
+
+
+class Flown(NamedTuple):
+    """Memory of `GeometricController`."""
+
+    d_w: Vec3  # (3,) [N], world
+    d_b: Vec3  # (3,) [N], heading frame
+    m_e: float  # [kg]
+    last: Command | None  # the command before us, until the first step
+    rest: Command | None  # what still differs from it; fades
+
+
+@dataclass(frozen=True)
+class GeometricController:
+    """State feedback on SE(3) that weighs its aircraft and learns what pushes it (MRS Sec. 5.6)."""
+
+    slot: ClassVar[str] = "controller"
+    mass: float
+    gains: GeometricGains = GROUPS["now"]["soft"]
+
+    def init(self, estimate: Estimate, last: Command | None) -> Flown:
+        """Nothing pushes, the mass is nominal; the first command is `last`."""
+        return Flown(np.zeros(3), np.zeros(3), self.mass, last, None)
+
+    def step(
+        self, memory: Flown, estimate: Estimate, reference: Reference, dt: float
+    ) -> tuple[Flown, Command]:
+        """The command of what is known so far; then learn from the error of now."""
+        k, R, m_e = self.gains, estimate.R, memory.m_e
+        d_w, d_b = memory.d_w, memory.d_b
+        f = _upright(desired_force(estimate, reference, m_e, d_w, d_b, k), k.tilt_max)  # (38)
+        R_d = attitude_with_heading(f, reference.heading)  # (21)-(23)
+        omega_j = jerk_feedforward(f, m_e, R_d, reference.j)  # (26)
+        omega_d = rate_command(R, R_d, reference.heading_rate, omega_j, np.array(k.k_R))  # (25)
+        omega_d = np.clip(omega_d, np.negative(k.rate_max), k.rate_max)
+        f_d = float(f @ R[:, 2])  # errata of (32): the projection, not the norm
+        command = Command(f_d, omega_d, unbiased_acceleration(f_d, R, d_w, d_b, m_e))  # (53)
+        e_p = estimate.r - reference.r
+        d_w, d_b = disturbance_step(d_w, d_b, e_p, frames.heading(R), dt, k)  # (35)
+        m_e = estimated_mass(m_e, float(e_p[2]), dt, self.mass, k)  # (37)
+        rest = _rest(memory, command, dt)
+        command = command if rest is None else _sum(command, rest, 1.0)
+        return Flown(d_w, d_b, m_e, None, rest), command
+
+    def reframe(self, memory: Flown, shift: Shift) -> Flown:
+        """What is told in the world turns along; the heading frame turns by itself."""
+        last, rest = (
+            None if x is None else frames.moved(x, shift) for x in (memory.last, memory.rest)
+        )
+        d_w = about_z(shift.heading) @ memory.d_w
+        return memory._replace(d_w=d_w, last=last, rest=rest)
+
+
+def _upright(f: Vec3, tilt_max: float) -> Vec3:
+    """The force with its horizontal part cut to the largest tilt, and always pointing up."""
+    up, flat = max(float(f[2]), LEAST), hypot(f[0], f[1])
+    share = min(1.0, up * tan(tilt_max) / flat) if flat > 0.0 else 1.0
+    return np.array((share * f[0], share * f[1], up))
+
+
+def _rest(memory: Flown, command: Command, dt: float) -> Command | None:
+    """What to add so that taking over is not felt; it fades."""
+    if memory.last is not None:
+        return _sum(memory.last, command, -1.0)
+    if memory.rest is None:
+        return None
+    rest = _sum(memory.rest, memory.rest, exp(-dt / FADE) - 1.0)
+    return rest if max(abs(rest.f_d), *np.abs(rest.omega_d), *np.abs(rest.a_d)) > 1e-9 else None
+
+
+def _sum(a: Command, b: Command, k: float) -> Command:
+    """Commands added field by field, the second taken `k` times."""
+    return Command(a.f_d + k * b.f_d, a.omega_d + k * b.omega_d, a.a_d + k * b.a_d)
