@@ -20,6 +20,7 @@ from uavlab.types import (
     Reference,
     Shift,
     State,
+    Trajectory,
 )
 
 __all__ = ["NO_SHIFT", "Shift", "compose", "heading", "inverse", "moved", "wrap"]
@@ -77,7 +78,7 @@ def compose(second: Shift, first: Shift) -> Shift:
     return Shift(r, wrap(first.heading + second.heading))
 
 
-T = TypeVar("T", State, Estimate, Reference, Command, Fix, Pose, Attitude, Height)
+T = TypeVar("T", State, Estimate, Reference, Trajectory, Command, Fix, Pose, Attitude, Height)
 
 
 def moved(x: T, shift: Shift) -> T:
@@ -89,7 +90,7 @@ def moved(x: T, shift: Shift) -> T:
 
     Parameters
     ----------
-    x : State, Estimate, Reference, Command or a reading
+    x : State, Estimate, Reference, Trajectory, Command or a reading
         Told in the old world.
     shift : Shift
         Old world → new world.
@@ -116,7 +117,7 @@ def _turned(x: Array, _shift: Shift, Rz: Mat3) -> Array:
 
 
 _MOVES: dict[str, Callable[[Any, Shift, Mat3], Any]] = {
-    "r": lambda x, shift, Rz: Rz @ x + shift.r,
+    "r": lambda x, shift, Rz: (Rz @ x if x.ndim == 1 else x @ Rz.T) + shift.r,  # a place, or (K, 3)
     **dict.fromkeys(("v", "a", "j", "a_d", "R"), _turned),
     "heading": lambda x, shift, _: wrap(x + shift.heading),
     "z": lambda x, shift, _: x + shift.r[2],

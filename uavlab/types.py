@@ -282,6 +282,17 @@ class Reference(NamedTuple):
     heading_rate: float  # [rad/s]
 
 
+class Trajectory(NamedTuple):
+    """A way to fly: places and headings at times, sampled at any rate (MRS Sec. 4.1). A goal may be one.
+
+    Between two samples the aircraft is wanted on the line between them; behind the last, at the last.
+    """
+
+    t: Array  # (K,) [s], growing; 0 is when the trajectory is given
+    r: Array  # (K, 3) positions [m], world
+    heading: Array  # (K,) [rad]
+
+
 class Command(NamedTuple):
     """What a controller asks of the embedded autopilot, and what it tells the estimator."""
 
