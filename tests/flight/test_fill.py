@@ -2,12 +2,13 @@
 
 import builtins
 import importlib
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import uavlab
-from uavlab.errors import BadInput
+from uavlab.errors import BadInput, UnknownName
 from uavlab.exercises import all_exercises, find
 from uavlab.flight import fill as door
 from uavlab.flight.fill import Filled, fill, stack, unfinished
@@ -21,6 +22,19 @@ def attitude_with_heading(f_d, heading_d):
 
 def parasitic_yaw_rate(R, omega):
     raise NotImplementedError("parasitic_yaw_rate is not finished yet: write it.")
+
+
+@dataclass(frozen=True)
+class GeometricController(TiltAxis):
+    """Somebody's own."""
+
+
+class Written:
+    """A lab's answer that is a whole part; a stand-in for the reference, so that no test hangs on it."""
+
+    @staticmethod
+    def part(mass=1.0, gains="soft"):
+        return TiltAxis(mass)
 
 
 @pytest.fixture
@@ -101,3 +115,91 @@ def test_a_stack_has_one_part_for_each_slot():
 
 def test_a_part_is_told_the_mass_of_its_airframe():
     assert stack("T650", HeadingController).controller.mass == 3.5
+
+
+# Parts that are answers as a whole -------------------------------------------------------------------
+
+
+def unfinished_class():
+    class GeometricController:
+        slot = "controller"
+
+        def step(self, memory, estimate, reference, dt):
+            raise NotImplementedError("GeometricController is not finished yet: write it.")
+
+    return GeometricController
+
+
+@pytest.fixture
+def with_answers(monkeypatch):
+    """The reference of every part is a part that can be told from others."""
+    monkeypatch.setattr(door, "reference", lambda _stem, _name: CommandFilter)
+
+
+def test_a_name_is_found_in_mine_then_in_the_solutions_then_the_stand_in_flies(monkeypatch):
+    own = fill("GeometricController", globals(), mass=2.0)
+    assert own == (GeometricController(2.0), {"GeometricController": "mine"})
+    monkeypatch.setattr(door, "reference", lambda _stem, _name: Written.part)
+    stub = {"GeometricController": unfinished_class()}
+    assert fill("GeometricController", stub, mass=2.0).provenance == {
+        "GeometricController": "reference"
+    }
+    given_as_class = fill(stub["GeometricController"], mass=2.0)
+    assert given_as_class.provenance == {"GeometricController": "reference"}
+    alone = fill("GeometricController", stub, only_mine=True, mass=2.0, gains="tight")
+    assert alone == (TiltAxis(2.0), {"GeometricController": "stand-in"})
+
+
+@pytest.mark.usefixtures("without_solutions")
+def test_a_stack_by_names_flies_stand_ins_where_nothing_is_installed():
+    mind = stack("T650", "MpcController", "MpcTracker", mine={})
+    assert mind.controller == TiltAxis(3.5)
+    assert mind.tracker == CommandFilter()
+    assert mind.provenance == {
+        "MpcController": "stand-in",
+        "MpcTracker": "stand-in",
+        "AlphaBetaGamma": "stand-in",
+    }
+
+
+@pytest.mark.usefixtures("with_answers")
+def test_names_and_classes_share_the_slots_of_a_stack():
+    mind = stack("T650", "GeometricController", "MpcTracker", mine=globals())
+    assert mind.controller == GeometricController(3.5)
+    assert mind.provenance["GeometricController"] == "mine"
+    assert mind.provenance["MpcTracker"] == "reference"
+    with pytest.raises(BadInput, match="which is taken already"):
+        stack("T650", GeometricController, "GeometricController", mine=globals())
+
+
+def test_a_class_that_is_given_is_told_the_mass_and_called_by_its_author(monkeypatch):
+    assert stack("T650", GeometricController).controller == GeometricController(3.5)
+    assert fill(GeometricController, mass=1.0).provenance == {"GeometricController": "mine"}
+    monkeypatch.setattr(GeometricController, "__module__", "uavlab.solutions.geometric")
+    assert fill(GeometricController, mass=1.0).provenance == {"GeometricController": "reference"}
+    assert stack("T650", GeometricController(1.0)).provenance["GeometricController"] == "reference"
+
+
+def test_a_wrong_name_or_parameter_is_told_with_what_there_is():
+    with pytest.raises(UnknownName, match="Did you mean 'MpcTracker'"):
+        fill("MpcTraker")
+    with pytest.raises(UnknownName, match="Known: GeometricController, MpcController, MpcTracker"):
+        stack("T650", "Autopilot")
+    with pytest.raises(BadInput, match=r"takes mass, gains; got an unexpected .* 'gain'"):
+        fill("GeometricController", globals(), mass=1.0, gain=2.0)
+    with pytest.raises(BadInput, match="give mass"):
+        fill("GeometricController", {}, only_mine=True)
+
+
+def test_a_part_without_limits_of_its_own_gets_those_of_a_usual_group():
+    @dataclass(frozen=True)
+    class MpcTracker(CommandFilter):
+        limits: object = None
+
+        def __init__(self, limits):
+            object.__setattr__(self, "limits", limits)
+
+    limits = pytest.importorskip("uavlab.limits")
+    part, provenance = fill("MpcTracker", {"MpcTracker": MpcTracker})
+    assert part.limits == limits.limit_group("medium")
+    assert provenance == {"MpcTracker": "mine"}

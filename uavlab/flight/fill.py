@@ -1,17 +1,19 @@
 """Fill the parts with functions: mine, else the reference's, else a stand-in flies. The one door to the solutions.
 
-A part declares the functions that it needs with `uavlab.interfaces.asks`. Where they come from is kept, and printed
-under every plot: an old bug of one's own should be seen, not suspected.
+A part declares the functions that it needs with `uavlab.interfaces.asks`. Some parts are answers as a whole: these go
+by their name. Where all of it comes from is kept, and printed under every plot: an old bug of one's own should be seen,
+not suspected.
 """
 
 from __future__ import annotations
 
 import importlib
+import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
 
-from uavlab.errors import BadInput
+from uavlab.errors import BadInput, UnknownName
 from uavlab.interfaces import Stack
 from uavlab.parts.controllers import TiltAxis
 from uavlab.parts.estimators import AlphaBetaGamma
@@ -19,6 +21,22 @@ from uavlab.parts.trackers import CommandFilter
 from uavlab.plant import load_airframe
 
 MINE, REFERENCE, STAND_IN = "mine", "reference", "stand-in"
+
+
+class Asked(NamedTuple):
+    """A part that a lab asks for as a whole: a class."""
+
+    stem: str  # of the lab
+    slot: str
+
+
+ASKED: Mapping[str, Asked] = {
+    "GeometricController": Asked("geometric", "controller"),
+    "MpcController": Asked("mpc", "controller"),
+    "MpcTracker": Asked("mpc", "tracker"),
+}
+SLOTS = ("estimator", "tracker", "controller")
+LIMITS = "medium"  # the group of limits of a part that has none by itself
 
 
 class Filled(NamedTuple):
@@ -60,14 +78,19 @@ def reference(stem: str, name: str) -> Callable[..., Any] | None:
 
 
 def fill(
-    Part: type, mine: Mapping[str, Any] | None = None, *, only_mine: bool = False, **parameters: Any
+    Part: type | str,
+    mine: Mapping[str, Any] | None = None,
+    *,
+    only_mine: bool = False,
+    **parameters: Any,
 ) -> Filled:
-    """Build a part from the functions that can be found for it.
+    """Build a part from the functions that can be found for it, or find the whole part by its name.
 
     Parameters
     ----------
-    Part : type
-        A dataclass whose functions are declared with `asks`.
+    Part : type or str
+        A dataclass whose functions are declared with `asks`; or a part that a lab asks for as a whole,
+        such as ``"GeometricController"``, by its name or as a class.
     mine : mapping, optional
         Where to look first, by name: usually ``globals()`` of a notebook. Stubs do not count.
     only_mine : bool
@@ -80,7 +103,16 @@ def fill(
     Filled
         The part, and the provenance of each of its functions. If one is missing everywhere, the
         part's ``stand_in`` flies instead of the whole.
+
+    Raises
+    ------
+    UnknownName
+        No lab asks for a part of this name.
+    BadInput
+        A parameter is missing, or is none of the part.
     """
+    if isinstance(Part, str) or not any("stem" in x.metadata for x in _fields(Part)):
+        return _whole(Part, mine or {}, only_mine, parameters)
     functions, provenance, missing = {}, {}, []
     for item in fields(Part):
         stem = item.metadata.get("stem")
@@ -99,6 +131,59 @@ def fill(
     return Filled(Part(**functions, **parameters), provenance)
 
 
+def _whole(
+    Part: type | str, mine: Mapping[str, Any], only_mine: bool, parameters: Mapping[str, Any]
+) -> Filled:
+    """A part that somebody wrote as a whole."""
+    if isinstance(Part, type) and not (Part.__name__ in ASKED and unfinished(Part)):
+        return Filled(_made(Part, parameters), {Part.__name__: author(Part)})
+    name = Part if isinstance(Part, str) else Part.__name__
+    if name not in ASKED:
+        raise UnknownName("part of a lab", name, ASKED)
+    asked, own = ASKED[name], mine.get(name)
+    if callable(own) and not unfinished(own):
+        return Filled(_made(own, parameters), {name: author(own)})
+    if not only_mine and (found := reference(asked.stem, name)) is not None:
+        return Filled(_made(found, parameters), {name: REFERENCE})
+    return Filled(_stand_in(asked.slot, parameters.get("mass")), {name: STAND_IN})
+
+
+def _made(Part: Callable[..., Any], parameters: Mapping[str, Any]) -> Any:
+    """The part with these parameters; one that was not told its limits gets those of a usual group."""
+    has = inspect.signature(Part).parameters
+    told = dict(parameters)
+    if "limits" in has and has["limits"].default is inspect.Parameter.empty:
+        from uavlab.limits import limit_group
+
+        told.setdefault("limits", limit_group(LIMITS))
+    try:
+        inspect.signature(Part).bind(**told)
+    except TypeError as error:
+        said = f"{getattr(Part, '__name__', Part)} takes {', '.join(has) or 'no parameters'}"
+        raise BadInput(f"{said}; {error}.") from None
+    return Part(**told)
+
+
+def _stand_in(slot: str, mass: float | None) -> Any:
+    """What flies where nothing better was found."""
+    if slot == "controller":
+        if mass is None:
+            raise BadInput("the stand-in of a controller must know the mass; give mass=… [kg].")
+        return TiltAxis(mass)
+    return AlphaBetaGamma() if slot == "estimator" else CommandFilter()
+
+
+def _fields(Part: Any) -> tuple[Any, ...]:
+    return fields(Part) if is_dataclass(Part) else ()
+
+
+def _wants_mass(Part: type | str) -> bool:
+    """Whether the part must be told what the aircraft weighs."""
+    if isinstance(Part, str):
+        return Part in ASKED and ASKED[Part].slot == "controller"
+    return any(x.name == "mass" for x in _fields(Part))
+
+
 def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> Stack:
     """The mind of an aircraft: the given parts, and stand-ins in the slots that they leave free.
 
@@ -106,9 +191,9 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
     ----------
     airframe : str
         Whose mass the parts are told.
-    *parts : type, Filled or part
-        At most one for each slot (``estimator``, ``tracker``, ``controller``). A class is filled with
-        `fill`; an object flies as it is.
+    *parts : type, str, Filled or part
+        At most one for each slot (``estimator``, ``tracker``, ``controller``). A class or a name, such as
+        ``"MpcTracker"``, is filled with `fill`; an object flies as it is.
     mine : mapping, optional
         Where `fill` looks first, usually ``globals()``.
 
@@ -116,18 +201,19 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
     ------
     BadInput
         A part without a slot, or two for one slot.
+    UnknownName
+        No airframe, or no part, of this name.
     """
     mass = float(load_airframe(airframe).m)
     slots: dict[str, Any] = {}
     provenance: dict[str, str] = {}
     for given in parts:
-        wants_mass = isinstance(given, type) and any(f.name == "mass" for f in fields(given))
-        told: dict[str, Any] = {"mass": mass} if wants_mass else {}
-        filled = fill(given, mine, **told) if isinstance(given, type) else given
+        told: Any = {"mass": mass} if isinstance(given, type | str) and _wants_mass(given) else {}
+        filled = fill(given, mine, **told) if isinstance(given, type | str) else given
         if not isinstance(filled, Filled):
-            filled = Filled(filled, {type(filled).__name__: MINE})
+            filled = Filled(filled, {type(filled).__name__: author(type(filled))})
         slot = getattr(filled.part, "slot", None)
-        if slot not in {"estimator", "tracker", "controller"} or slot in slots:
+        if slot not in SLOTS or slot in slots:
             raise BadInput(
                 f"{type(filled.part).__name__} has slot {slot!r}"
                 + (", which is taken already" if slot in slots else "")
@@ -135,12 +221,8 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
             )
         slots[slot] = filled.part
         provenance |= filled.provenance
-    for slot, part in (
-        ("estimator", AlphaBetaGamma()),
-        ("tracker", CommandFilter()),
-        ("controller", TiltAxis(mass)),
-    ):
+    for slot in SLOTS:
         if slot not in slots:
-            slots[slot] = part
-            provenance[type(part).__name__] = STAND_IN
+            slots[slot] = _stand_in(slot, mass)
+            provenance[type(slots[slot]).__name__] = STAND_IN
     return Stack(**slots, provenance=provenance)
