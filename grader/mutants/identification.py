@@ -24,7 +24,8 @@ def gyros(rng: np.random.Generator) -> list[Arguments]:
     """At rest, with biases apart and alike; moved about one axis by a little and by more; and with a NaN."""
     drawn: list[Arguments] = []
     for axis, much, apart in ((0, 0, 1.0), (1, 0, 0.0), (1, 0.1, 1.0), (2, 0.3, 1.0), (2, 0.6, 0)):
-        samples = 0.5 + apart * rng.uniform(size=3) + 0.02 * rng.exponential(size=(30, 3))
+        biases = rng.permutation((0.0, 0.4, 0.8)) + rng.uniform(0.0, 0.3, size=3)
+        samples = 0.5 + apart * biases + 0.02 * rng.exponential(size=(30, 3))
         samples[10:20, axis] += much
         drawn.append((samples, 0.04))
     broken = drawn[0][0].copy()

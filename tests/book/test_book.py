@@ -80,7 +80,9 @@ def test_each_exercise_is_on_its_labs_page_with_stub_points_and_reading(pages):
         seen = text(pages[f"labs/{exercise.stem}"])
         unit = "point" if exercise.points == 1 else "points"
         assert f"{exercise.name}: {exercise.points:g} {unit}, {exercise.reads}" in seen
-        assert f"def {exercise.name}(" in seen
+        kind = "class" if exercise.is_class else "def"
+        assert re.search(rf"^{kind} {exercise.name}\b", seen, re.MULTILINE)
+        assert all(f"    def {name}(" in seen for name in exercise.methods)
         assert exercise.stub.__doc__.splitlines()[0] in seen
 
 

@@ -91,11 +91,17 @@ def thrust_curve(rng: np.random.Generator) -> tuple[float, float]:
 
 
 def allocation(rng: np.random.Generator, n: int, *, balanced: bool = False) -> Array:
-    """Matrix (4, n) from thrusts to (f, τ) of rotors that lean anywhere; `balanced`: equal thrusts make no torque."""
-    moments = rng.normal(scale=0.3, size=(3, n))
-    if balanced:
-        moments -= moments.mean(axis=1, keepdims=True)
-    return np.vstack((np.ones(n), moments))
+    """Matrix (4, n) from thrusts to (f, τ) of rotors that lean anywhere; `balanced`: equal thrusts make no torque.
+
+    It is never so near singular that a right answer, written in another way, could lose a digit that counts.
+    """
+    while True:
+        moments = rng.normal(scale=0.3, size=(3, n))
+        if balanced:
+            moments -= moments.mean(axis=1, keepdims=True)
+        M = np.vstack((np.ones(n), moments))
+        if np.linalg.cond(M) < 100.0:
+            return M
 
 
 def pushed(rng: np.random.Generator) -> tuple[State, Vec3, Vec3, float, Mat3]:
