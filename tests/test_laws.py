@@ -1,6 +1,7 @@
 """The laws that every part obeys (uavlab/interfaces.py), each part tested by being in the list."""
 
 import copy
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -102,6 +103,7 @@ class Case(NamedTuple):
         return self.part.step(self.memory, *self.inputs, DT)
 
 
+@cache  # of all parts at once: what a seed draws is drawn once, and no step may change it
 def cases(seed: int) -> list[Case]:
     rng = np.random.default_rng(seed)
     found = []
