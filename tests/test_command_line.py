@@ -124,6 +124,33 @@ def test_fly_prints_numbers_and_writes_log_plots_and_replay(capsys, tmp_path):
 
 
 @pytest.mark.flight
+def test_controller_tracker_and_gains_are_chosen_by_name(tmp_path, monkeypatch):
+    from uavlab.flight import fill
+    from uavlab.gains import gain_group
+    from uavlab.parts.controllers import TiltAxis
+    from uavlab.parts.trackers import CommandFilter
+
+    asked = []
+
+    class Answer(TiltAxis):
+        def __init__(self, mass, gains=None):
+            asked.append((mass, gains))
+            super().__init__(mass)
+
+    answers = {"GeometricController": Answer, "MpcTracker": CommandFilter}
+    monkeypatch.setattr(fill, "reference", lambda _stem, name: answers[name])
+    words = ["--controller", "GeometricController", "--tracker", "MpcTracker", "--gains", "tight"]
+    flight = ["fly", "hover", "--duration", "0.1", "--airframe", "T650", "--out", "named"]
+    assert main([*flight, *words]) == 0
+    assert asked == [(3.5, gain_group("T650-sim-2020", "tight"))]
+    assert load_log(tmp_path / "named" / "log.npz").meta["provenance"] == {
+        "AlphaBetaGamma": "stand-in",
+        "GeometricController": "reference",
+        "MpcTracker": "reference",
+    }
+
+
+@pytest.mark.flight
 @pytest.mark.slow
 def test_wind_reaches_the_flight_and_the_seed_decides_the_gusts(tmp_path):
     logs = []
@@ -189,6 +216,10 @@ def test_replay_shows_real_flights_by_path():
         (["fly", "hover", "--duration", "-3"], "duration"),
         (["fly", "hover", "--duration", "nan"], "duration"),
         (["fly", "hover", "--sed", "1"], "Try: uavlab"),
+        (["fly", "hover", "--tracker", "MpcTraker"], "Did you mean 'MpcTracker'?"),
+        (["fly", "hover", "--tracker", "GeometricController"], "give it as --controller"),
+        (["fly", "hover", "--controller", "MpcTracker"], "give it as --tracker"),
+        (["fly", "hover", "--gains", "tight"], "needs --controller GeometricController"),
         (["replay", "none.npz"], "no file at none.npz"),
         (["replay", "px4-sampel"], "Did you mean 'px4-sample'?"),
         (["replay", "."], "not a file"),

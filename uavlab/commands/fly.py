@@ -1,7 +1,7 @@
 """Fly a scenario: numbers on the screen; log, replay and plots in a folder.
 
-The minds are the stand-ins that come with uavlab, or those that the scenario names. Exit code 1 means that the flight
-ended badly.
+The minds are the stand-ins that come with uavlab, or those that the scenario or the command line names. Exit code 1
+means that the flight ended badly.
 """
 
 from __future__ import annotations
@@ -30,6 +30,9 @@ def add(parser: argparse.ArgumentParser) -> None:
             "mean wind towards x [m/s], with the gusts of MIL-F-8785C at 5 m height",
         ),
         ("--duration", float, "T", "simulated time [s]"),
+        ("--controller", str, "C", "GeometricController or MpcController, from the answers"),
+        ("--tracker", str, "T", "MpcTracker, from the answers"),
+        ("--gains", str, "G", "of the GeometricController: supersoft, soft or tight"),
         ("--out", Path, "DIR", "where to write (flights/NAME-AIRFRAME-seedN)"),
     ):
         parser.add_argument(flag, type=kind, metavar=letter, help=said)
@@ -39,11 +42,12 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fly, print, write."""
     scenario = asked(args)
+    mind = named(args, scenario)
     out = (
         args.out
         or Path("flights") / f"{scenario.name}-{Path(scenario.airframe).stem}-seed{args.seed}"
     )
-    log = _flown(scenario, args.seed)
+    log = _flown(scenario, mind, args.seed)
     _print(log)
     _write(log, out)
     return 0 if log.exit.name == "DONE" else 1
@@ -80,7 +84,33 @@ def asked(args: argparse.Namespace) -> Any:
     return checked(scenario)
 
 
-def _flown(scenario: Any, seed: int) -> Any:
+def named(args: argparse.Namespace, scenario: Any) -> Any:
+    """What the scenario flies, with the parts that the arguments name in their slots; None if they name nothing."""
+    from uavlab.flight.fill import ASKED, exchanged, fill, stack
+    from uavlab.gains import gains_for
+    from uavlab.plant import load_airframe
+
+    if args.gains is not None and args.controller != "GeometricController":
+        raise BadInput("--gains needs --controller GeometricController: no other has such groups.")
+    airframe, mind = load_airframe(scenario.airframe), None
+    for slot in ("controller", "tracker"):
+        name, told = getattr(args, slot), {}
+        if name is None:
+            continue
+        if name in ASKED and ASKED[name].slot != slot:
+            raise BadInput(
+                f"{name} is a {ASKED[name].slot}; give it as --{ASKED[name].slot} {name}."
+            )
+        if slot == "controller":
+            told["mass"] = float(airframe.m)
+        if slot == "controller" and args.gains is not None:
+            told["gains"] = gains_for(airframe.name, args.gains)
+        mind = mind or (scenario.mind or stack)(scenario.airframe)
+        mind = exchanged(mind, slot, fill(name, **told))
+    return mind
+
+
+def _flown(scenario: Any, mind: Any, seed: int) -> Any:
     """The flight, with a bar on a terminal."""
     from tqdm import tqdm
 
@@ -92,11 +122,12 @@ def _flown(scenario: Any, seed: int) -> Any:
         def advance(t: float, _end: float) -> None:
             bar.update(t - bar.n)
 
-        return fly(scenario, seed=seed, progress=advance)
+        return fly(scenario, mind, seed=seed, progress=advance)
 
 
 def _print(log: Any) -> None:
     from uavlab.commands.list_ import print_rows
+    from uavlab.flight.fill import ASKED, STAND_IN
     from uavlab.flight.metrics import summary
     from uavlab.flight.worlds import flown_by
     from uavlab.views.style import ending, provenance, title
@@ -107,10 +138,10 @@ def _print(log: Any) -> None:
     print(f"flown by {provenance(log)}")
     for name in log.meta["provenance"]:
         part, _, missing = name.partition(" without ")
-        if missing:
+        if missing or (part in ASKED and log.meta["provenance"][name] == STAND_IN):
             print(
-                f"{part} was flown by its stand-in: {missing} not found. Install the answers with "
-                "`pip install uavlab-solutions`, or fly your own from a notebook."
+                f"{part} was flown by its stand-in: {missing or 'it was'} not found. Install the answers "
+                "with `pip install uavlab-solutions`, or fly your own from a notebook."
             )
     for start, end, who in flown_by(log) if log.worlds.names else []:
         print(f"  {start:6.2f} to {end:6.2f} s on {who or 'what it was given at the start'}")

@@ -131,6 +131,25 @@ def fill(
     return Filled(Part(**functions, **parameters), provenance)
 
 
+def exchanged(mind: Stack, slot: str, filled: Filled) -> Stack:
+    """The same mind with another part in one slot.
+
+    Raises
+    ------
+    BadInput
+        The part belongs into another slot.
+    """
+    has = getattr(filled.part, "slot", None)
+    if has != slot:
+        raise BadInput(
+            f"{', '.join(filled.provenance)} is no {slot}" + (f" but a {has}." if has else ".")
+        )
+    old = getattr(mind, slot)
+    gone = {type(old).__name__, *(x.name for x in _fields(old))}
+    kept = {name: who for name, who in mind.provenance.items() if name not in gone}
+    return mind._replace(**{slot: filled.part, "provenance": kept | filled.provenance})
+
+
 def _whole(
     Part: type | str, mine: Mapping[str, Any], only_mine: bool, parameters: Mapping[str, Any]
 ) -> Filled:
