@@ -9,6 +9,7 @@ import pytest
 
 from uavlab.flight.fill import fill
 from uavlab.frames import Shift, compose, inverse, moved
+from uavlab.gains import gain_group
 from uavlab.parts.adaptive import AdaptiveController
 from uavlab.parts.bank import BankEstimator, chosen, fused
 from uavlab.parts.complementary import ComplementaryEstimator, CoupledEstimator
@@ -19,6 +20,7 @@ from uavlab.parts.paths import circle, lemniscate
 from uavlab.parts.priority import FixedPriority
 from uavlab.parts.trackers import CommandFilter
 from uavlab.so3 import exp
+from uavlab.solutions.geometric import GeometricController
 from uavlab.types import (
     Attitude,
     Command,
@@ -41,7 +43,10 @@ ESTIMATORS = [
     fill(ComplementaryEstimator, height="mocap").part, fill(CoupledEstimator).part,
 ]  # fmt: skip
 TRACKERS = [CommandFilter()]
-CONTROLLERS = [TiltAxis(MASS), HEADING.part, fill(AdaptiveController, mass=MASS).part]
+CONTROLLERS = [
+    TiltAxis(MASS), HEADING.part, fill(AdaptiveController, mass=MASS).part,
+    GeometricController(MASS), GeometricController(MASS, gain_group("T650-sim-2020", "tight")),
+]  # fmt: skip
 MISSIONS = [
     Waypoints(((0.0, (0.0, 0.0, 2.0), 0.3), (0.5, (1.0, 2.0, 3.0), -1.0))),
     Follow(circle(np.array([1.0, 2.0, 3.0]), 5.0), 1.4, 3.0),
@@ -211,6 +216,10 @@ def test_a_controller_that_takes_over_repeats_the_last_command_and_then_lets_go(
         memory, later = part.step(memory, estimate, reference, DT)
     if isinstance(part, AdaptiveController):  # it has learned meanwhile: another command is right
         assert memory.handover == Handover(None, None)
+        return
+    if isinstance(part, GeometricController):  # likewise
+        assert memory.last is None
+        assert memory.rest is None
         return
     _, fresh = part.step(part.init(estimate, None), estimate, reference, DT)
     assert same(later, fresh, 1e-6)
