@@ -26,7 +26,8 @@ MAX_TEXT = 200  # characters of one text
 MAX_NDIM = 4
 DTYPES = {"<f8", "<f4", "<i8", "<i4", "|u1", "|b1"}
 HEADER = struct.Struct(">I")
-RECORDS = ("types", "frames", "gains")  # modules of uavlab whose NamedTuples may cross
+# modules of uavlab whose NamedTuples may cross
+RECORDS = ("types", "frames", "gains", "limits", "weights", "qp")
 _JSON = json.JSONEncoder(separators=(",", ":"))
 
 
