@@ -6,9 +6,11 @@ Both are imported when something is drawn, not before.
 from uavlab.views.bank import plot_bank
 from uavlab.views.picture import picture
 from uavlab.views.plots import plot_compare, plot_flight, plot_heading, plot_path, save
+from uavlab.views.qp import plot_qp
 from uavlab.views.replay import Target, replay
 from uavlab.views.reproduction import plot_outcome
 from uavlab.views.show import Shown, show
+from uavlab.views.sliders import sliders
 
 __all__ = [
     "Shown",
@@ -20,7 +22,9 @@ __all__ = [
     "plot_heading",
     "plot_outcome",
     "plot_path",
+    "plot_qp",
     "replay",
     "save",
     "show",
+    "sliders",
 ]
