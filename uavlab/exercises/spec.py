@@ -67,8 +67,8 @@ class Exercise:
 
     @property
     def stem(self) -> str:
-        """The lab it belongs to."""
-        return self.stub.__module__.rsplit(".", 1)[-1]
+        """The lab it belongs to; the classes of a long one stand in a file of their own, ``<stem>_parts``."""
+        return self.stub.__module__.rsplit(".", 1)[-1].removesuffix("_parts")
 
     @property
     def is_class(self) -> bool:
