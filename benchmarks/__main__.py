@@ -1,17 +1,11 @@
-"""``make bench``: flights beside RotorPy and MuJoCo, filters beside filterpy and ahrs, in rounds of one run."""
+"""``make bench``: flights beside RotorPy and MuJoCo, controllers beside RotorPy's, filters beside others."""
 
 from __future__ import annotations
 
 import argparse
-import time
-from collections.abc import Callable
-from statistics import median
 
-from tqdm import tqdm
-
-from benchmarks import filters, ours, peers
-
-Run = Callable[[float], float]
+from benchmarks import control, filters, ours, peers
+from benchmarks.rounds import Run, compare
 
 
 def contestants() -> dict[str, tuple[Run, float]]:
@@ -29,47 +23,24 @@ def contestants() -> dict[str, tuple[Run, float]]:
     }
 
 
-def speed(run: Run, seconds: float) -> float:
-    """Simulated seconds per CPU second of one run."""
-    start = time.process_time()
-    run(seconds)
-    return seconds / (time.process_time() - start)
-
-
 def main() -> None:
-    """Flights, filters, or both."""
+    """One report, or all of them."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("what", nargs="?", choices=("all", "flights", "filters"), default="all")
+    parser.add_argument("what", nargs="?", choices=("all", *REPORTS), default="all")
     parser.add_argument("--rounds", type=int, default=7)
     asked = parser.parse_args()
-    if asked.what != "filters":
-        flights(asked.rounds)
-    if asked.what != "flights":
-        filters.report(asked.rounds)
+    for name, report in REPORTS.items():
+        if asked.what in {"all", name}:
+            report(asked.rounds)
 
 
 def flights(rounds: int) -> None:
-    """Warm every contestant up, then measure all of them in turn, and print medians and ratios."""
-    flown = contestants()
-    ends = {name: run(seconds) for name, (run, seconds) in flown.items()}
-    found: dict[str, list[float]] = {name: [] for name in flown}
-    for _ in tqdm(range(rounds), desc="rounds"):
-        for name, (run, seconds) in flown.items():
-            found[name].append(speed(run, seconds))
-
-    print(
-        f"\nsimulated s per CPU s, median of {rounds} rounds [min, max]; error at the end of a round"
-    )
-    for name, each in found.items():
-        print(
-            f"  {median(each):9.2f}  [{min(each):8.2f}, {max(each):8.2f}]  {ends[name]:5.2f} m  {name}"
-        )
-    print("\nratios, median of the rounds' ratios")
-    names = list(flown)
+    """Whole flights and lean loops beside other simulators."""
     pairs = [(0, 4), (1, 6), (1, 5), (2, 5), (0, 6), (0, 5), (1, 7), (1, 8), (0, 7), (0, 8)]
-    for a, b in pairs:
-        ratio = median(x / y for x, y in zip(found[names[a]], found[names[b]], strict=True))
-        print(f"  {ratio:7.1f} x  {names[a]}  /  {names[b]}")
+    compare(contestants(), pairs, rounds)
+
+
+REPORTS = {"flights": flights, "control": control.report, "filters": filters.report}
 
 
 if __name__ == "__main__":

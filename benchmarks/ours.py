@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.peers import RADIUS, SPEED, circle_reference
 from uavlab import fly, scenarios, standing
-from uavlab.interfaces import standing_command
+from uavlab.interfaces import Controller, standing_command
 from uavlab.parts.controllers import TiltAxis
 from uavlab.plant import CompiledPlant, load_airframe
 from uavlab.types import Estimate
@@ -25,15 +25,28 @@ def whole() -> Callable[[float], float]:
     return run
 
 
-def lean(physics: float = 1000.0) -> Callable[[float], float]:
-    """The shortest loop: the numpy SE(3)-type stand-in at 100 Hz on the true state, compiled plant."""
+def lean(
+    physics: float = 1000.0, part: Controller | None = None, speed: float = SPEED
+) -> Callable[[float], float]:
+    """The shortest loop: a controller at 100 Hz on the true state, compiled plant.
+
+    Parameters
+    ----------
+    physics : float
+        Rate of the plant [Hz].
+    part : Controller, optional
+        Who flies; the numpy SE(3)-type stand-in without.
+    speed : float
+        On the circle [m/s].
+    """
     a = load_airframe("T650")
-    plant, part, reference_at = CompiledPlant(a), TiltAxis(a.m), circle_reference()
+    plant, reference_at = CompiledPlant(a), circle_reference(speed)
+    part = part or TiltAxis(a.m)
     n, still = round(physics / 100), np.zeros(3)
 
     def run(seconds: float) -> float:
-        world = plant.init(standing((RADIUS, 0, 3))._replace(v=np.array([0, SPEED, 0])))
-        memory = part.init(None, None)
+        world = plant.init(standing((RADIUS, 0, 3))._replace(v=np.array([0, speed, 0])))
+        memory = part.init(Estimate(world.r, world.v, world.a, world.R, world.omega), None)
         for k in range(round(seconds * 100)):
             reference = reference_at(k / 100)
             here = Estimate(world.r, world.v, world.a, world.R, world.omega)

@@ -12,16 +12,18 @@ from uavlab.types import GRAVITY
 RADIUS, SPEED = 5.0, 7.0
 
 
-def rotorpy_lean(physics: float, control: float = 100.0) -> Callable[[float], float]:
+def rotorpy_lean(
+    physics: float, control: float = 100.0, speed: float = SPEED
+) -> Callable[[float], float]:
     """RotorPy's vehicle, SE(3) controller and trajectory in the shortest loop: no log, no sensors."""
     from rotorpy.controllers.quadrotor_control import SE3Control
     from rotorpy.vehicles.multirotor import Multirotor
 
-    parameters, trajectory = _rotorpy_t650(), _rotorpy_circle()
+    parameters, trajectory = _rotorpy_t650(), _rotorpy_circle(speed)
     every = round(physics / control)
 
     def run(seconds: float) -> float:
-        state = _rotorpy_start()
+        state = _rotorpy_start(speed)
         vehicle = Multirotor(parameters, initial_state=state)
         controller = SE3Control(parameters)
         for k in range(round(seconds * physics)):
@@ -75,20 +77,20 @@ def _rotorpy_t650() -> dict:
     }  # fmt: skip
 
 
-def _rotorpy_circle() -> object:
+def _rotorpy_circle(speed: float = SPEED) -> object:
     from rotorpy.trajectories.circular_traj import ThreeDCircularTraj
 
-    turns = SPEED / RADIUS / (2 * np.pi)
+    turns = speed / RADIUS / (2 * np.pi)
     return ThreeDCircularTraj(
         center=np.array([0, 0, 3.0]), radius=np.array([RADIUS, RADIUS, 0]), freq=np.full(3, turns)
     )
 
 
-def _rotorpy_start() -> dict:
+def _rotorpy_start(speed: float = SPEED) -> dict:
     a = load_airframe("T650")
     hover = np.sqrt(a.m * GRAVITY / a.n / a.thrust_coefficient)
     return {
-        "x": np.array([RADIUS, 0, 3.0]), "v": np.array([0, SPEED, 0]), "q": np.array([0, 0, 0, 1.0]),
+        "x": np.array([RADIUS, 0, 3.0]), "v": np.array([0, speed, 0]), "q": np.array([0, 0, 0, 1.0]),
         "w": np.zeros(3), "wind": np.zeros(3), "rotor_speeds": np.full(a.n, hover),
     }  # fmt: skip
 
@@ -168,10 +170,10 @@ def _mujoco_model(a: object) -> str:
     )  # fmt: skip
 
 
-def circle_reference() -> Callable[[float], object]:
+def circle_reference(speed: float = SPEED) -> Callable[[float], object]:
     """The reference on the circle, uniform from the start."""
     from uavlab.parts.missions import Follow
     from uavlab.parts.paths import circle
 
-    follow = Follow(circle(np.array([0.0, 0.0, 3.0]), RADIUS), SPEED / RADIUS, ramp=1e-9)
+    follow = Follow(circle(np.array([0.0, 0.0, 3.0]), RADIUS), speed / RADIUS, ramp=1e-9)
     return follow.goal
