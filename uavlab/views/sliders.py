@@ -22,12 +22,14 @@ class Drawn(NamedTuple):
 
     value: Any  # the figure itself
     png: bytes = b""
-    said: str = ""  # instead of a picture
+    said: str = "a figure"  # in words
 
-    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
-        if self.said:
-            return {"text/plain": self.said}
-        return {"image/png": base64.b64encode(self.png).decode("ascii"), "text/plain": "a figure"}
+    def __repr__(self) -> str:
+        return self.said
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, str]:
+        picture = {"image/png": base64.b64encode(self.png).decode("ascii")} if self.png else {}
+        return {"text/plain": self.said, **picture}
 
 
 class Control(NamedTuple):
