@@ -1,0 +1,173 @@
+"""Lab 06, the reference answers: the controller that looks ahead (MRS Sec. 5.7), with a programme for each axis.
+
+The limits of x and y belong to axes. These stay where they were at `init`, whatever world the estimate is told in.
+"""
+
+# canary-06a3f9d27c51be84d9e2705b
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import hypot, isfinite
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from uavlab import frames
+from uavlab.gains import MpcGains
+from uavlab.interfaces import standing_command
+from uavlab.limits import AxisLimits, ForceLimits
+from uavlab.parts.controllers import Handover, fading, limited_tilt
+from uavlab.qp import QP, Plan
+from uavlab.so3 import about_z, vee
+from uavlab.solutions.heading import attitude_by_projection, yaw_rate_from_heading_rate
+from uavlab.solutions.mpc_qp import build_force_qp, initial_state
+from uavlab.solvers import Affine, Solver, affine
+from uavlab.types import GRAVITY, Array, Command, Estimate, Reference, Shift, Vec3
+from uavlab.weights import HORIZONTAL, VERTICAL, ForceWeights
+
+E3 = np.array((0.0, 0.0, 1.0))
+CALM = 0.3  # [m/s] horizontal speed above which a position error is no disturbance (MRS software)
+LIGHTEST = 0.1  # of the mass that was told: m_max is more than a small aircraft weighs
+FADE = 0.5  # [s] with which the difference to the command before us fades
+P_UP = 0.5  # lag of the vertical model (MRS software)
+
+
+class Ahead(NamedTuple):
+    """Memory of `MpcController`. Its own axes are those of the world in which it began."""
+
+    plans: tuple[Plan | None, ...]  # of x, y, z, own axes; None before the first
+    inputs: Vec3  # (3,) [m/s²] applied last, own axes
+    d_w: Vec3  # (3,) [N], own axes
+    d_b: Vec3  # (3,) [N], heading frame
+    m_e: float  # [kg]
+    axes: float  # [rad] heading of the own axes in the world
+    failed: int  # steps that flew on an old plan
+    handover: Handover
+    command: Command  # the last one, for when not even an attitude is known
+
+
+@lru_cache(maxsize=16)
+def machine(
+    limits: AxisLimits, N: int, dt: float, p: float, weights: ForceWeights, period: float
+) -> tuple[Affine, Solver]:
+    """The programme of an axis, of (position error, velocity, acceleration, last input); factored once."""
+
+    def build(x0: Array, last: float) -> QP:
+        wanted = np.zeros((N, 3))  # (44), with the origin at the reference
+        return build_force_qp(
+            x0, wanted, last, limits=limits, N=N, dt=dt, p=p, weights=weights, period=period
+        )
+
+    family = affine(build, ((3,), ()), (1.0, min(1.0, limits.a)))
+    return family, Solver(family.qp)
+
+
+@dataclass(frozen=True)
+class MpcController:
+    """A force by looking ahead within limits, an attitude by feedback (MRS Sec. 5.7)."""
+
+    slot: ClassVar[str] = "controller"
+    mass: float
+    limits: ForceLimits = ForceLimits()
+    N: int = 26
+    dt: float = 0.05
+    gains: MpcGains = MpcGains()
+
+    def init(self, estimate: Estimate, last: Command | None) -> Ahead:
+        """Nothing pushes, the mass is nominal; the first command is `last`."""
+        a = np.zeros(3) if last is None else last.a_d
+        most = np.array((
+            self.limits.horizontal.a,
+            self.limits.horizontal.a,
+            self.limits.vertical.a,
+        ))
+        command = standing_command(self.mass) if last is None else last
+        return Ahead(
+            (None,) * 3, a.clip(-most, most), np.zeros(3), np.zeros(3), self.mass, 0.0, 0,
+            Handover(last, None), command,
+        )  # fmt: skip
+
+    def step(
+        self, memory: Ahead, estimate: Estimate, reference: Reference, dt: float
+    ) -> tuple[Ahead, Command]:
+        """Plan each axis, learn from the error of now, and turn the force into rates."""
+        H = about_z(memory.axes)
+        plans, c, solved = self._planned(memory, estimate, reference, dt)
+        m = memory._replace(plans=plans)
+        if memory.handover.last is None:  # else that command flies on for this step
+            m = m._replace(inputs=c)
+            m = self._learned(m, estimate, reference, dt) if solved else m
+        k, R, heading = self.gains, estimate.R, frames.heading(estimate.R)
+        d = H @ m.d_w + about_z(heading) @ m.d_b  # (35), errata: H belongs here, once
+        f = m.m_e * (reference.a + H @ c + GRAVITY * E3) - d  # (39)
+        f = limited_tilt(f, k.tilt_max)
+        R_d = attitude_by_projection(f, reference.heading)  # (18)-(20): what the MRS software takes
+        omega_d = -np.array(k.k_R) * vee(0.5 * (R_d.T @ R - R.T @ R_d))  # (24), (25)
+        omega_d[2] += yaw_rate_from_heading_rate(R_d, reference.heading_rate)  # (31)
+        omega_d = omega_d.clip(np.negative(k.rate_max), k.rate_max)
+        f_d = float(f @ R[:, 2])
+        a_d = (f_d * R[:, 2] + d) / m.m_e - GRAVITY * E3  # (53), errata: m_e g, not g
+        handover, command = fading(memory.handover, Command(f_d, omega_d, a_d), dt, FADE)
+        known = isfinite(command.f_d + command.omega_d.sum() + command.a_d.sum())
+        if not known:
+            handover, command = memory.handover, memory.command
+        failed = memory.failed + (not (solved and known))
+        return m._replace(failed=failed, handover=handover, command=command), command
+
+    def reframe(self, memory: Ahead, shift: Shift) -> Ahead:
+        """The own axes stay, and have another heading; commands are told in the new world."""
+        last, rest = (None if x is None else frames.moved(x, shift) for x in memory.handover)
+        return memory._replace(
+            axes=memory.axes + shift.heading,
+            handover=Handover(last, rest),
+            command=frames.moved(memory.command, shift),
+        )
+
+    def failures(self, memory: Ahead) -> int:
+        """Steps since `init` in which an axis had no new plan."""
+        return memory.failed
+
+    def _planned(
+        self, memory: Ahead, estimate: Estimate, reference: Reference, dt: float
+    ) -> tuple[tuple[Plan | None, ...], Vec3, bool]:
+        """Plans and first inputs (3,) of the three axes [m/s²], and whether all are new."""
+        if memory.axes:
+            back = Shift(np.zeros(3), -memory.axes)
+            estimate, reference = frames.moved(estimate, back), frames.moved(reference, back)
+        x0 = initial_state(estimate, reference, self.limits)  # (45)
+        x0[:, 0] -= reference.r
+        flat, up = self.limits
+        kinds = ((flat, 0.0, HORIZONTAL), (flat, 0.0, HORIZONTAL), (up, P_UP, VERTICAL))
+        plans, c, solved = list(memory.plans), np.zeros(3), True
+        for i, (limits, p, weights) in enumerate(kinds):
+            family, solver = machine(limits, self.N, self.dt, p, weights, dt)
+            new = None
+            if isfinite(x0[i].sum()):
+                now = np.append(x0[i], memory.inputs[i])
+                new = solver.solve(*family(now), memory.plans[i])
+            if new is None or not new.ok:
+                solved, new = False, _shifted(memory.plans[i])
+            plans[i] = new
+            c[i] = 0.0 if new is None else new.z[0]
+        return tuple(plans), c, solved
+
+    def _learned(self, m: Ahead, estimate: Estimate, reference: Reference, dt: float) -> Ahead:
+        """Disturbances and mass, one step later (MRS eq. 35, 37)."""
+        k, e_p = self.gains, estimate.r - reference.r
+        m_e = (
+            m.m_e - k.k_m * float(e_p[2]) * dt
+        )  # (37), errata: who is heavy sags, and must gain mass
+        m_e = min(max(m_e, self.mass - k.m_max, LIGHTEST * self.mass), self.mass + k.m_max)
+        if hypot(estimate.v[0], estimate.v[1]) > CALM:
+            return m._replace(m_e=m_e)
+        flat = np.array((e_p[0], e_p[1], 0.0))  # the height belongs to the mass
+        d_w = m.d_w + k.k_iw * dt * (about_z(-m.axes) @ flat)  # (35)
+        d_b = m.d_b + k.k_ib * dt * (about_z(-frames.heading(estimate.R)) @ flat)
+        return m._replace(d_w=d_w.clip(-k.d_max, k.d_max), d_b=d_b.clip(-k.d_max, k.d_max), m_e=m_e)
+
+
+def _shifted(plan: Plan | None) -> Plan | None:
+    """The plan of a step before, one step later."""
+    return None if plan is None else plan._replace(z=np.append(plan.z[1:], plan.z[-1]))
