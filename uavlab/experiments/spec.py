@@ -24,6 +24,9 @@ MODULES: tuple[str, ...] = (
     "coupled_wind",
     "coupled_starts",
     "bearing_pose",
+    "circles",
+    "compliance",
+    "disturbances",
 )
 
 LEAST_SEEDS = 20  # a number of chance is a mean over at least so many flights
