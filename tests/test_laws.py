@@ -9,6 +9,7 @@ import pytest
 
 from uavlab.flight.fill import fill
 from uavlab.frames import Shift, compose, inverse, moved
+from uavlab.limits import limit_group
 from uavlab.gains import gain_group
 from uavlab.parts.adaptive import AdaptiveController
 from uavlab.parts.bank import BankEstimator, chosen, fused
@@ -21,6 +22,7 @@ from uavlab.parts.priority import FixedPriority
 from uavlab.parts.trackers import CommandFilter
 from uavlab.so3 import exp
 from uavlab.solutions.geometric import GeometricController
+from uavlab.solutions.mpc import MpcController, MpcTracker
 from uavlab.types import (
     Attitude,
     Command,
@@ -42,10 +44,11 @@ ESTIMATORS = [
     fill(BankEstimator, setup=fused(chosen("gnss", "rtk"))).part,
     fill(ComplementaryEstimator, height="mocap").part, fill(CoupledEstimator).part,
 ]  # fmt: skip
-TRACKERS = [CommandFilter()]
+TRACKERS = [CommandFilter(), MpcTracker(limit_group("medium"))]
 CONTROLLERS = [
     TiltAxis(MASS), HEADING.part, fill(AdaptiveController, mass=MASS).part,
     GeometricController(MASS), GeometricController(MASS, gain_group("T650-sim-2020", "tight")),
+    MpcController(MASS),
 ]  # fmt: skip
 MISSIONS = [
     Waypoints(((0.0, (0.0, 0.0, 2.0), 0.3), (0.5, (1.0, 2.0, 3.0), -1.0))),
@@ -214,7 +217,9 @@ def test_a_controller_that_takes_over_repeats_the_last_command_and_then_lets_go(
     assert same(first, COMMAND, 1e-12)
     for _ in range(2000):
         memory, later = part.step(memory, estimate, reference, DT)
-    if isinstance(part, AdaptiveController):  # it has learned meanwhile: another command is right
+    if isinstance(
+        part, AdaptiveController | MpcController
+    ):  # it has learned meanwhile: another command is right
         assert memory.handover == Handover(None, None)
         return
     if isinstance(part, GeometricController):  # likewise
@@ -244,19 +249,19 @@ def test_an_estimator_that_takes_over_continues_the_last_estimate(part):
         assert same(getattr(first, name), getattr(last, name), 1e-12)
 
 
-def flown_reference(dt: float) -> Reference:
+def flown_reference(tracker: Any, dt: float) -> Reference:
     """Where the tracker is after a second of chasing a moving goal."""
-    tracker = CommandFilter()
     start = Estimate(np.zeros(3), np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3))
     goal = still(np.array([2.0, -1.0, 1.0]), 1.0)._replace(v=np.array([0.5, 0, 0]))
     memory = tracker.init(start, None)
     for k in range(round(1.0 / dt)):
         memory, _ = tracker.step(memory, start, goal if k == 0 else None, dt)
-    return memory.now
+    return tracker.step(memory, start, None, dt)[1]
 
 
-def test_a_tracker_converges_when_its_step_is_halved():
-    coarse, middle, fine = (flown_reference(dt).r for dt in (0.02, 0.01, 0.005))
+@pytest.mark.parametrize("part", TRACKERS, ids=lambda p: type(p).__name__)
+def test_a_tracker_converges_when_its_step_is_halved(part):
+    coarse, middle, fine = (flown_reference(part, dt).r for dt in (0.02, 0.01, 0.005))
     assert np.linalg.norm(fine - middle) < 0.7 * np.linalg.norm(middle - coarse)
     assert np.linalg.norm(fine - middle) < 0.05
 

@@ -94,11 +94,11 @@ class MpcController:
     ) -> tuple[Ahead, Command]:
         """Plan each axis, learn from the error of now, and turn the force into rates."""
         H = about_z(memory.axes)
-        plans, c, solved = self._planned(memory, estimate, reference, dt)
-        m = memory._replace(plans=plans)
-        if memory.handover.last is None:  # else that command flies on for this step
-            m = m._replace(inputs=c)
-            m = self._learned(m, estimate, reference, dt) if solved else m
+        takes_over = memory.handover.last is not None  # then that command flies on for this step
+        period = 0.0 if takes_over else dt
+        plans, c, solved = self._planned(memory, estimate, reference, period)
+        m = memory._replace(plans=plans, inputs=c)
+        m = self._learned(m, estimate, reference, period) if solved else m
         k, R, heading = self.gains, estimate.R, frames.heading(estimate.R)
         d = H @ m.d_w + about_z(heading) @ m.d_b  # (35), errata: H belongs here, once
         f = m.m_e * (reference.a + H @ c + GRAVITY * E3) - d  # (39)
