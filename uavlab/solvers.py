@@ -19,8 +19,9 @@ from uavlab.qp import cost as cost_of
 from uavlab.types import Array
 
 HUGE = 1e30  # what both solvers take for infinity
-RHO = 1e6  # inverse of a square on misses, which DAQP adds to their price: 1e-6 of price per unit missed
-ACTIVE, BELOW, SOFT = 1, 2, 8  # bits by which DAQP marks a row: it binds, it binds at l, it is soft
+RHO = 1e8  # DAQP adds a square to what a miss costs: its multiplier exceeds the price by 1/RHO per unit missed
+SOFT = 8  # by this bit DAQP knows a soft row; by 1 one that binds, by 2 that it does so at l
+FEW = 8  # so many binding rows are found as quickly as they are told
 MISSED, NONE = 2, -1  # exits of DAQP: solved, but a soft row is missed; no solution
 ITERATIONS = 2000
 FLAT = 1e-9  # least eigenvalue of P beside its largest entry
@@ -109,7 +110,8 @@ class Solver:
     """An active-set solver of problems that share P, A and prices, by DAQP.
 
     Soft rows need no slack variables: a price bounds the multiplier of its row, and DAQP keeps it there.
-    What it finds depends on nothing but what it is given: the working set of ``warm`` is handed over each time.
+    What it finds depends on nothing but what it is given, to the last bit: the working set of ``warm`` is handed over
+    each time. Of hard rows only, as DAQP may err when a soft one is told to bind and should be missed.
 
     Parameters
     ----------
@@ -137,17 +139,15 @@ class Solver:
         n, m = qp.q.size, qp.l.size
         self._soft = np.isfinite(qp.soft)
         self._cold = np.where(self._soft, SOFT, 0).astype(np.int32)
-        self._prices = np.where(self._soft, qp.soft, 0.0)
+        self._hard = (~self._soft).astype(float)
         self._model = daqp.Model()
         self._model.settings = {"iter_limit": iterations, "primal_tol": 1e-9, "dual_tol": 1e-12}
         l, u = qp.l.clip(-HUGE, HUGE), qp.u.clip(-HUGE, HUGE)
-        boxed = (
-            n if np.array_equal(qp.A[:n], np.eye(n)) else 0
-        )  # DAQP has a shorter way for limits of z
+        # DAQP has a shorter way for limits of z itself.
+        boxed = n if np.array_equal(qp.A[:n], np.eye(n)) else 0
         self._model.setup(qp.P, qp.q, qp.A[boxed:].copy(), u, l, self._cold.copy())
-        rho = np.full(m, RHO)
-        self._model.soft_weights(rho_l=rho, rho_u=rho, w_l=self._prices, w_u=self._prices)
-        self._zeros = np.zeros(n), np.zeros(m)
+        rho, prices = np.full(m, RHO), np.where(self._soft, qp.soft, 0.0)
+        self._model.soft_weights(rho_l=rho, rho_u=rho, w_l=prices, w_u=prices)
 
     def solve(self, q: Array, l: Array, u: Array, warm: Plan | None = None) -> Plan:
         """The plan for these q (n,), l (m,) and u (m,).
@@ -172,19 +172,21 @@ class Solver:
         if not ((l <= u).all() and isfinite(q @ q)):
             checked(self.qp._replace(q=q, l=l, u=u))
         sense = self._cold
-        if warm is not None:
-            binds, below = warm.y != 0.0, warm.y < 0.0
-            sense = sense + binds.view(np.int8) + (below.view(np.int8) << 1)  # see ACTIVE, BELOW
+        if warm is not None and np.count_nonzero(warm.y) > FEW:
+            y = warm.y * self._hard
+            sense = sense + (y != 0.0).view(np.int8) + ((y < 0.0).view(np.int8) << 1)
         self._model.update(f=q, bupper=u, blower=l, sense=sense)
         z, cost, flag, info = self._model.solve()
         if flag > 0:
             if flag == MISSED:  # what DAQP then says it costs holds its square, too
                 cost = cost_of(self.qp._replace(q=q, l=l, u=u), z)
             return Plan(z, info["lam"], SOLVED, cost, info["iterations"])
-        if warm is not None and flag != NONE:
-            return self.solve(q, l, u)
-        z, y = self._zeros if warm is None else warm[:2]
-        return Plan(z, y, INFEASIBLE if flag == NONE else LATE, inf, info["iterations"])
+        if sense is not self._cold:
+            plan = self.solve(q, l, u)  # it may have been led astray
+        else:
+            z, y = np.zeros_like(q), np.zeros_like(l)
+            plan = Plan(z, y, INFEASIBLE if flag == NONE else LATE, inf, info["iterations"])
+        return plan if plan.ok or warm is None else plan._replace(z=warm.z, y=warm.y)
 
 
 class Osqp:
@@ -230,7 +232,7 @@ class Osqp:
         )  # it adapts: what was solved before must not count
         self._model.update(q=s.q, l=s.l, u=s.u)
         self._model.warm_start(*self._start(qp, warm))
-        found = self._model.solve()
+        found = self._model.solve(raise_error=False)
         status = {"solved": SOLVED, "primal infeasible": INFEASIBLE}.get(found.info.status, LATE)
         if status != SOLVED:
             z, y = (np.zeros(q.size), np.zeros(l.size)) if warm is None else warm[:2]

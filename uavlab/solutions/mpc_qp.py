@@ -160,7 +160,7 @@ def solve(qp: QP, warm: Plan | None = None) -> Plan:
         csc_matrix(triu(hardened.P)), hardened.q, csc_matrix(hardened.A), hardened.l, hardened.u,
         eps_abs=1e-8, eps_rel=1e-8, max_iter=100_000, polishing=True, verbose=False,
     )  # fmt: skip
-    found = solver.solve()
+    found = solver.solve(raise_error=False)
     status = {"solved": SOLVED, "primal infeasible": INFEASIBLE}.get(found.info.status, LATE)
     if status != SOLVED:
         z, y = (np.zeros(qp.q.size), np.zeros(qp.l.size)) if warm is None else warm[:2]
