@@ -1,7 +1,8 @@
 """The answer cell: the exercise's stub outside, the reference's body inside BEGIN/END SOLUTION; of a class, each body.
 
 What the reference uses of its own module (a constant, a helper) comes along, above it; what it imports must be imported
-by the lab, since a student has to be able to write the same.
+by the lab, since a student has to be able to write the same. The answers of a lab may fill several files,
+``<stem>.py`` and ``<stem>_*.py``; a notebook has one room for all of them, so no two helpers may share a name.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import builtins
 import symtable
 import textwrap
 from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
 
 from grader.build_lab import Cell, Lab, plain_python
 from uavlab.errors import BadFile
@@ -21,6 +24,14 @@ BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 Definition = ast.FunctionDef | ast.ClassDef
 
 
+class Room(NamedTuple):
+    """One file of answers."""
+
+    path: Path
+    text: str
+    tree: ast.Module
+
+
 def instructor_answer(lab: Lab, exercise: Exercise) -> str:
     """The stub of `exercise` with the body of the reference answer in its marked region.
 
@@ -29,19 +40,21 @@ def instructor_answer(lab: Lab, exercise: Exercise) -> str:
     BadFile
         The reference is missing, or its signature is not the stub's.
     """
-    text, tree = _parse(lab)
-    defined = {x.name: x for x in tree.body if isinstance(x, Definition)}
-    solution = defined.get(exercise.name)
-    if solution is None:
+    rooms = _parse(lab)
+    defined = {
+        x.name: (room, x) for room in rooms for x in room.tree.body if isinstance(x, Definition)
+    }
+    if exercise.name not in defined:
         raise BadFile(f"{lab.solutions} has no {exercise.name}: write the reference answer there.")
+    (path, text, _), solution = defined[exercise.name]
     stub = ast.parse(exercise.source()).body[0]
     if type(stub) is not type(solution):
         kind = "class" if exercise.is_class else "function"
-        raise BadFile(f"{lab.solutions}:{solution.lineno}: {exercise.name} must be a {kind}.")
+        raise BadFile(f"{path}:{solution.lineno}: {exercise.name} must be a {kind}.")
     want, have = _signature(stub), _signature(solution)
     if want != have:
         raise BadFile(
-            f"{lab.solutions}:{solution.lineno}: {exercise.name} differs from its exercise.\n"
+            f"{path}:{solution.lineno}: {exercise.name} differs from its exercise.\n"
             f"  exercise: {want}\n  solution: {have}\nMake them the same, annotations included."
         )
     if isinstance(stub, ast.ClassDef) and isinstance(solution, ast.ClassDef):
@@ -49,7 +62,7 @@ def instructor_answer(lab: Lab, exercise: Exercise) -> str:
     else:
         head = exercise.source().rstrip("\n").rpartition("\n")[0]  # without its NotImplementedError
         parts = [head, f"    {BEGIN}", *_body(text, solution), f"    {END}"]
-    if helpers := _helpers(lab, text, tree, solution):
+    if helpers := _helpers(lab, rooms, solution):
         parts = [BEGIN, *helpers, END, "", "", *parts]
     return "\n".join(parts)
 
@@ -91,34 +104,58 @@ def _globals(table: symtable.SymbolTable) -> Iterator[str]:
         yield from _globals(child)
 
 
-def _parse(lab: Lab) -> tuple[str, ast.Module]:
-    try:
-        text = lab.solutions.read_text(encoding="utf-8")
-        return text, ast.parse(text)
-    except (OSError, SyntaxError) as error:
-        raise BadFile(f"the answers of lab {lab.stem} cannot be read: {error}.") from None
+def _parse(lab: Lab) -> list[Room]:
+    """The files of answers, in the order of their names."""
+    first, rooms = lab.solutions, []
+    for path in [first, *sorted(first.parent.glob(f"{first.stem}_*.py"))]:
+        try:
+            text = path.read_text(encoding="utf-8")
+            rooms.append(Room(path, text, ast.parse(text)))
+        except (OSError, SyntaxError) as error:
+            raise BadFile(f"the answers of lab {lab.stem} cannot be read: {error}.") from None
+    return rooms
 
 
-def _helpers(lab: Lab, text: str, tree: ast.Module, solution: Definition) -> list[str]:
-    """The lines of what `solution` uses of its module and is no exercise, in the order of the file."""
-    owners = {name: node for node in tree.body for name in _binds(node)}
-    for name in lab.exercises:
-        owners.pop(name, None)
-    lines = text.splitlines()
-    found: set[ast.stmt] = set()
-    todo: list[ast.stmt] = [solution]
+def _owners(lab: Lab, rooms: Iterable[Room]) -> dict[str, tuple[Room, ast.stmt]]:
+    """Name → the file and the statement that binds it; exercises left out."""
+    owners: dict[str, tuple[Room, ast.stmt]] = {}
+    for room in rooms:
+        for node in room.tree.body:
+            for name in _binds(node):
+                if name in lab.exercises or name == "__all__":
+                    continue
+                was = owners.get(name)
+                if was and was[0] is not room and ast.unparse(was[1]) != ast.unparse(node):
+                    raise BadFile(
+                        f"{room.path}:{node.lineno}: {name} is something else in {was[0].path.name}, and "
+                        "a notebook has one room for all answers: rename one of them."
+                    )
+                owners[name] = room, node
+    return owners
+
+
+def _helpers(lab: Lab, rooms: list[Room], solution: Definition) -> list[str]:
+    """The lines of what `solution` uses of its files and is no exercise, in the order of the files."""
+    owners = _owners(lab, rooms)
+    home = next(room for room in rooms if solution in room.tree.body)
+    found: dict[ast.stmt, Room] = {}
+    todo: list[tuple[Room, ast.stmt]] = [(home, solution)]
     while todo:
-        node = todo.pop()
-        code = textwrap.dedent("\n".join(lines[_first(node) - 1 : node.end_lineno]))
-        used = set(_globals(symtable.symtable(code, lab.solutions.name, "exec")))
-        new = {owners[n] for n in used & owners.keys()} - found - {node}
-        found |= new
-        todo += new
-    parts = []
-    for node in sorted(found, key=lambda x: x.lineno):
+        room, node = todo.pop()
+        code = textwrap.dedent("\n".join(_lines(room, node)))
+        used = set(_globals(symtable.symtable(code, room.path.name, "exec")))
+        new = {owners[n][1]: owners[n][0] for n in used & owners.keys()}
+        todo += [(at, x) for x, at in new.items() if x not in found and x is not solution]
+        found |= {x: at for x, at in new.items() if x is not solution}
+    parts: list[str] = []
+    for node, room in sorted(found.items(), key=lambda x: (rooms.index(x[1]), x[0].lineno)):
         gap = ["", ""] if parts and isinstance(node, Definition) else []
-        parts += gap + lines[_first(node) - 1 : node.end_lineno]
+        parts += gap + _lines(room, node)
     return parts
+
+
+def _lines(room: Room, node: ast.stmt) -> list[str]:
+    return room.text.splitlines()[_first(node) - 1 : node.end_lineno]
 
 
 def _binds(node: ast.stmt) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from uavlab.exercises.spec import exercise
 from uavlab.gains import MpcGains
@@ -46,6 +47,7 @@ class MpcController:
         Steps of a plan; length of each [s]; attitude, disturbances and mass.
     """
 
+    slot: ClassVar[str] = "controller"
     mass: float
     limits: ForceLimits = ForceLimits()
     N: int = 26
@@ -145,6 +147,7 @@ class MpcTracker:
         Steps of a plan; length of each [s].
     """
 
+    slot: ClassVar[str] = "tracker"
     limits: Limits
     N: int = 40
     dt: float = 0.2

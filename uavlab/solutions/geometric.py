@@ -17,18 +17,15 @@ import numpy as np
 from uavlab import frames
 from uavlab.errors import BadInput
 from uavlab.gains import GROUPS, GeometricGains, TorqueGains
+from uavlab.interfaces import Memory
 from uavlab.so3 import about_z, vee
-from uavlab.solutions.heading import (
-    attitude_with_heading,
-    parasitic_yaw_rate,
-    yaw_rate_from_heading_rate,
-)
 from uavlab.types import GRAVITY, Array, Command, Estimate, Mat3, Reference, Shift, Vec3
 
 E3 = np.array((0.0, 0.0, 1.0))
 LIGHTEST = (
     0.1  # of the nominal mass: the limit of the software is above the mass of a small aircraft
 )
+LOST = 1e-6  # |R33| below which no yaw rate turns the heading
 LEAST = 1.0  # [N] least vertical force: one that points down would turn the aircraft over
 FADE = 0.5  # [s] with which the difference to the command before us fades
 
@@ -53,9 +50,24 @@ def jerk_feedforward(f_d: Vec3, m_e: float, R_d: Mat3, jerk_d: Vec3) -> Vec3:
 def rate_command(R: Mat3, R_d: Mat3, heading_rate_d: float, omega_j: Vec3, k_R: Vec3) -> Vec3:
     """Body rates: feedback, jerk, heading rate, and what roll and pitch make of the heading (MRS eq. 25)."""
     omega = -np.asarray(k_R) * attitude_error(R, R_d) + omega_j  # (25), first two terms
-    omega[2] += yaw_rate_from_heading_rate(R_d, heading_rate_d)  # (31), errata: missing in (25)
-    omega[2] += parasitic_yaw_rate(R, omega)  # (25): −ω_c of Sec. 5.3
+    omega[2] += _yaw_rate(R_d, heading_rate_d)  # (31), errata: missing in (25)
+    parasitic = (omega[1] * R[2, 1]) / (1.0 - R[2, 0] ** 2)  # (15) of roll and pitch alone
+    omega[2] += _yaw_rate(R, -parasitic)  # (25): −ω_c of Sec. 5.3
     return omega
+
+
+def _yaw_rate(R: Mat3, heading_rate: float) -> float:
+    """Yaw rate that makes a heading rate (MRS eq. 27-31, closed form); none where the nose is told nothing by it."""
+    return heading_rate * (1.0 - R[2, 0] ** 2) / R[2, 2] if abs(R[2, 2]) > LOST else 0.0
+
+
+def _attitude(f: Vec3, heading: float) -> Mat3:
+    """Thrust along `f`, which points up, and the nose above the heading (MRS eq. 21-23, closed form)."""
+    b3 = f / np.linalg.norm(f)
+    nose = np.array((np.cos(heading), np.sin(heading), 0.0))
+    b1 = nose - E3 * (nose @ b3) / b3[2]
+    b1 = b1 / np.linalg.norm(b1)
+    return np.column_stack((b1, np.cross(b3, b1), b3))
 
 
 # Force, disturbances and mass -------------------------------------------------------------------------
@@ -166,18 +178,18 @@ class GeometricController:
     mass: float
     gains: GeometricGains = GROUPS["now"]["soft"]
 
-    def init(self, estimate: Estimate, last: Command | None) -> Flown:
+    def init(self, estimate: Estimate, last: Command | None) -> Memory:
         """Nothing pushes, the mass is nominal; the first command is `last`."""
         return Flown(np.zeros(3), np.zeros(3), self.mass, last, None)
 
     def step(
-        self, memory: Flown, estimate: Estimate, reference: Reference, dt: float
-    ) -> tuple[Flown, Command]:
+        self, memory: Memory, estimate: Estimate, reference: Reference, dt: float
+    ) -> tuple[Memory, Command]:
         """The command of what is known so far; then learn from the error of now."""
         k, R, m_e = self.gains, estimate.R, memory.m_e
         d_w, d_b = memory.d_w, memory.d_b
         f = _upright(desired_force(estimate, reference, m_e, d_w, d_b, k), k.tilt_max)  # (38)
-        R_d = attitude_with_heading(f, reference.heading)  # (21)-(23)
+        R_d = _attitude(f, reference.heading)  # (21)-(23)
         omega_j = jerk_feedforward(f, m_e, R_d, reference.j)  # (26)
         omega_d = rate_command(R, R_d, reference.heading_rate, omega_j, np.array(k.k_R))  # (25)
         omega_d = np.clip(omega_d, np.negative(k.rate_max), k.rate_max)
@@ -190,7 +202,7 @@ class GeometricController:
         command = command if rest is None else _sum(command, rest, 1.0)
         return Flown(d_w, d_b, m_e, None, rest), command
 
-    def reframe(self, memory: Flown, shift: Shift) -> Flown:
+    def reframe(self, memory: Memory, shift: Shift) -> Memory:
         """What is told in the world turns along; the heading frame turns by itself."""
         last, rest = (
             None if x is None else frames.moved(x, shift) for x in (memory.last, memory.rest)

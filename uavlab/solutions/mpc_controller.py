@@ -16,15 +16,14 @@ import numpy as np
 
 from uavlab import frames
 from uavlab.gains import MpcGains
-from uavlab.interfaces import standing_command
+from uavlab.interfaces import Memory, standing_command
 from uavlab.limits import AxisLimits, ForceLimits
 from uavlab.parts.controllers import Handover, fading, limited_tilt
 from uavlab.qp import QP, Plan
 from uavlab.so3 import about_z, vee
-from uavlab.solutions.heading import attitude_by_projection, yaw_rate_from_heading_rate
 from uavlab.solutions.mpc_qp import build_force_qp, initial_state
 from uavlab.solvers import Affine, Solver, affine
-from uavlab.types import GRAVITY, Array, Command, Estimate, Reference, Shift, Vec3
+from uavlab.types import GRAVITY, Array, Command, Estimate, Mat3, Reference, Shift, Vec3
 from uavlab.weights import HORIZONTAL, VERTICAL, ForceWeights
 
 E3 = np.array((0.0, 0.0, 1.0))
@@ -49,7 +48,7 @@ class Ahead(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def machine(
+def programme(
     limits: AxisLimits, N: int, dt: float, p: float, weights: ForceWeights, period: float
 ) -> tuple[Affine, Solver]:
     """The programme of an axis, of (position error, velocity, acceleration, last input); factored once."""
@@ -75,7 +74,7 @@ class MpcController:
     dt: float = 0.05
     gains: MpcGains = MpcGains()
 
-    def init(self, estimate: Estimate, last: Command | None) -> Ahead:
+    def init(self, estimate: Estimate, last: Command | None) -> Memory:
         """Nothing pushes, the mass is nominal; the first command is `last`."""
         a = np.zeros(3) if last is None else last.a_d
         most = np.array((
@@ -90,8 +89,8 @@ class MpcController:
         )  # fmt: skip
 
     def step(
-        self, memory: Ahead, estimate: Estimate, reference: Reference, dt: float
-    ) -> tuple[Ahead, Command]:
+        self, memory: Memory, estimate: Estimate, reference: Reference, dt: float
+    ) -> tuple[Memory, Command]:
         """Plan each axis, learn from the error of now, and turn the force into rates."""
         H = about_z(memory.axes)
         takes_over = memory.handover.last is not None  # then that command flies on for this step
@@ -103,9 +102,11 @@ class MpcController:
         d = H @ m.d_w + about_z(heading) @ m.d_b  # (35), errata: H belongs here, once
         f = m.m_e * (reference.a + H @ c + GRAVITY * E3) - d  # (39)
         f = limited_tilt(f, k.tilt_max)
-        R_d = attitude_by_projection(f, reference.heading)  # (18)-(20): what the MRS software takes
+        R_d = _projected(f, reference.heading)  # (18)-(20): what the MRS software takes
         omega_d = -np.array(k.k_R) * vee(0.5 * (R_d.T @ R - R.T @ R_d))  # (24), (25)
-        omega_d[2] += yaw_rate_from_heading_rate(R_d, reference.heading_rate)  # (31)
+        omega_d[2] += (
+            reference.heading_rate * (1.0 - R_d[2, 0] ** 2) / R_d[2, 2]
+        )  # (31), closed form
         omega_d = omega_d.clip(np.negative(k.rate_max), k.rate_max)
         f_d = float(f @ R[:, 2])
         a_d = (f_d * R[:, 2] + d) / m.m_e - GRAVITY * E3  # (53), errata: m_e g, not g
@@ -116,7 +117,7 @@ class MpcController:
         failed = memory.failed + (not (solved and known))
         return m._replace(failed=failed, handover=handover, command=command), command
 
-    def reframe(self, memory: Ahead, shift: Shift) -> Ahead:
+    def reframe(self, memory: Memory, shift: Shift) -> Memory:
         """The own axes stay, and have another heading; commands are told in the new world."""
         last, rest = (None if x is None else frames.moved(x, shift) for x in memory.handover)
         return memory._replace(
@@ -125,7 +126,7 @@ class MpcController:
             command=frames.moved(memory.command, shift),
         )
 
-    def failures(self, memory: Ahead) -> int:
+    def failures(self, memory: Memory) -> int:
         """Steps since `init` in which an axis had no new plan."""
         return memory.failed
 
@@ -142,7 +143,7 @@ class MpcController:
         kinds = ((flat, 0.0, HORIZONTAL), (flat, 0.0, HORIZONTAL), (up, P_UP, VERTICAL))
         plans, c, solved = list(memory.plans), np.zeros(3), True
         for i, (limits, p, weights) in enumerate(kinds):
-            family, solver = machine(limits, self.N, self.dt, p, weights, dt)
+            family, solver = programme(limits, self.N, self.dt, p, weights, dt)
             new = None
             if isfinite(x0[i].sum()):
                 now = np.append(x0[i], memory.inputs[i])
@@ -171,3 +172,11 @@ class MpcController:
 def _shifted(plan: Plan | None) -> Plan | None:
     """The plan of a step before, one step later."""
     return None if plan is None else plan._replace(z=np.append(plan.z[1:], plan.z[-1]))
+
+
+def _projected(f: Vec3, heading: float) -> Mat3:
+    """Attitude with the thrust along `f`, and a nose that keeps as near to the heading as it can (18)-(20)."""
+    b3 = f / np.linalg.norm(f)
+    b2 = np.cross(b3, (np.cos(heading), np.sin(heading), 0.0))  # never zero: the tilt is limited
+    b2 = b2 / np.linalg.norm(b2)
+    return np.column_stack((np.cross(b2, b3), b2, b3))

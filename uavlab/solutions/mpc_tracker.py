@@ -14,20 +14,18 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from uavlab.frames import NO_SHIFT, Shift, compose, heading, inverse, moved, wrap
+from uavlab.interfaces import Memory
 from uavlab.limits import Limits
 from uavlab.parts.trackers import along, unwrapped, why_not
 from uavlab.solutions.mpc_chain import TAU, boxes, chain, machine, slowness, solved
 from uavlab.types import Array, Estimate, Reference, Trajectory
 
-REST, LEAST = (
-    0.01,
-    0.05,
-)  # [m/s, m/s²] below which x and y share the way that begins; least share of an axis
-HOLD, FADE = (
-    0.5,
-    0.3,
-)  # [s] how long a goal goes on with its jerk, and how its acceleration fades then
-SLOWEST, QUICKEST = 0.3, 3.0  # [rad/s] turns of a goal that are believed
+REST = 0.01  # [m/s, m/s²] below which x and y share the way that begins
+LEAST_SHARE = 0.05  # of its limits, for an axis that has nearly no way to go
+HOLD = 0.5  # [s] how long a goal goes on with its jerk ...
+FADING = 0.3  # [s] ... and how its acceleration fades then
+SLOWEST = 0.3  # [rad/s] turns of a goal that are believed, at least ...
+QUICKEST = 3.0  # ... and at most
 DIGITS = 9  # a goal is taken to a nanometre: rounding in a change of world does not reach the plan
 
 
@@ -76,15 +74,15 @@ def _lasting(a: Array, j: Array, t: Array) -> Array:
     out = np.zeros((len(t), 4, 4))
     h = np.minimum(t, HOLD)[:, None]
     d = t[:, None] - h
-    left = np.exp(-d / FADE)
+    left = np.exp(-d / FADING)
     end = a + j * h
     v = (a + j * (h / 2.0)) * h
     out[:, 0, :3] = (
-        (a + j * (h / 3.0)) * (h * h / 2.0) + v * d + end * (FADE * (d - FADE * (1.0 - left)))
+        (a + j * (h / 3.0)) * (h * h / 2.0) + v * d + end * (FADING * (d - FADING * (1.0 - left)))
     )
-    out[:, 1, :3] = v + end * (FADE * (1.0 - left))
+    out[:, 1, :3] = v + end * (FADING * (1.0 - left))
     out[:, 2, :3] = end * left
-    out[:, 3, :3] = np.where(d > 0.0, -end * left / FADE, j)
+    out[:, 3, :3] = np.where(d > 0.0, -end * left / FADING, j)
     return out
 
 
@@ -125,7 +123,7 @@ class MpcTracker:
     N: int = 40
     dt: float = 0.2
 
-    def init(self, estimate: Estimate, last: Reference | None) -> Course:
+    def init(self, estimate: Estimate, last: Reference | None) -> Memory:
         """Continue from the last reference, else from the estimate; come to rest until there is a goal."""
         x = np.zeros((4, 4))
         if last is None:
@@ -139,8 +137,8 @@ class MpcTracker:
         return Course(x, goal, 0.0, np.zeros((self.N, 4)), np.zeros(4), 0, one, NO_SHIFT)
 
     def step(
-        self, memory: Course, estimate: Estimate, goal: Reference | Trajectory | None, dt: float
-    ) -> tuple[Course, Reference]:
+        self, memory: Memory, estimate: Estimate, goal: Reference | Trajectory | None, dt: float
+    ) -> tuple[Memory, Reference]:
         """The reference of now; then the model moves on by the first snap of a new plan."""
         bad = goal is not None and bool(why_not(goal))
         if goal is not None and not bad:
@@ -155,11 +153,11 @@ class MpcTracker:
             plan=plan, old=old + dt, failed=memory.failed + (bad or not new),
         ), out  # fmt: skip
 
-    def reframe(self, memory: Course, shift: Shift) -> Course:
+    def reframe(self, memory: Memory, shift: Shift) -> Memory:
         """Its own world stays; the way from there is another one."""
         return memory._replace(shift=compose(shift, memory.shift))
 
-    def failures(self, memory: Course) -> int:
+    def failures(self, memory: Memory) -> int:
         """How many steps had no new plan for an axis, or a goal that was not finite."""
         return memory.failed
 
@@ -203,7 +201,7 @@ def _given(memory: Course, goal: Reference | Trajectory) -> Course:
         way = np.abs(r[:2] - memory.x[0, :2])
         still = not v.any() and np.abs(memory.x[1:, :2]).max() < REST
         if still and way.any():
-            share[:2] = np.maximum(way / way.max(), LEAST)
+            share[:2] = np.maximum(way / way.max(), LEAST_SHARE)
     return memory._replace(goal=goal, age=0.0, share=share)
 
 
