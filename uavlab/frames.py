@@ -78,7 +78,10 @@ def compose(second: Shift, first: Shift) -> Shift:
     return Shift(r, wrap(first.heading + second.heading))
 
 
-T = TypeVar("T", State, Estimate, Reference, Trajectory, Command, Fix, Pose, Attitude, Height)
+T = TypeVar(
+    "T",
+    bound=State | Estimate | Reference | Trajectory | Command | Fix | Pose | Attitude | Height,
+)
 
 
 def moved(x: T, shift: Shift) -> T:

@@ -36,10 +36,12 @@ from uavlab.types import (
     Pose,
     Range,
     Reference,
+    Trajectory,
 )
 
 Memory: TypeAlias = Any
 Reading: TypeAlias = Imu | Fix | Pose | Attitude | Field | Height | Range | Flow | Bearings
+Goal: TypeAlias = Reference | Trajectory
 Readings: TypeAlias = Mapping[str, Reading]  # by instrument; only what arrived since the last tick
 
 
@@ -79,7 +81,7 @@ class Tracker(Protocol):
         ...
 
     def step(
-        self, memory: Memory, estimate: Estimate, goal: Reference | None, dt: float
+        self, memory: Memory, estimate: Estimate, goal: Goal | None, dt: float
     ) -> tuple[Memory, Reference]:
         """One tick of `dt` [s]."""
         ...
@@ -110,13 +112,13 @@ class Controller(Protocol):
 
 @runtime_checkable
 class Mission(Protocol):
-    """What to do: the estimate → a goal, at the mission's rate."""
+    """What to do: the estimate → a goal, at the mission's rate; None: the last one still stands."""
 
     def init(self, estimate: Estimate) -> Memory:
         """Memory of a mission that starts here."""
         ...
 
-    def step(self, memory: Memory, estimate: Estimate, dt: float) -> tuple[Memory, Reference]:
+    def step(self, memory: Memory, estimate: Estimate, dt: float) -> tuple[Memory, Goal | None]:
         """One tick of `dt` [s]."""
         ...
 

@@ -11,7 +11,8 @@ import numpy as np
 from uavlab.errors import BadInput
 from uavlab.frames import NO_SHIFT, Shift, compose, heading, moved
 from uavlab.parts.paths import Path, along
-from uavlab.types import Estimate, Reference, Vec3
+from uavlab.parts.trackers import why_not
+from uavlab.types import Estimate, Reference, Trajectory, Vec3
 
 
 class Clock(NamedTuple):
@@ -69,10 +70,65 @@ class Waypoints(_Timed):
         return still(np.array(due[-1][1]), due[-1][2])
 
 
+class Given(NamedTuple):
+    """What a mission remembers that gives its goal once."""
+
+    t: float  # [s] since init
+    shift: Shift  # the mission's world → the estimator's world
+    done: bool  # whether it was given
+
+
+@dataclass(frozen=True)
+class Fly:
+    """Fly along a trajectory: it is given once, when its time has come; a tracker keeps it. Before, stand at its start.
+
+    Raises `BadInput` on a trajectory that nobody can fly: not finite, of wrong shapes, or backwards in time.
+    """
+
+    slot: ClassVar[str] = "mission"
+    trajectory: Trajectory
+    at: float = 0.0  # [s] after the start of the mission
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.trajectory, Trajectory):
+            raise BadInput(
+                f"Fly takes a uavlab.types.Trajectory(t, r, heading); got {self.trajectory!r}."
+            )
+        try:
+            way = Trajectory(*(np.array(x, dtype=float) for x in self.trajectory))
+        except (TypeError, ValueError) as error:
+            raise BadInput(f"the trajectory is not made of arrays of numbers: {error}.") from None
+        object.__setattr__(self, "trajectory", way)
+        if why := why_not(way):
+            raise BadInput(why)
+        if not 0.0 <= self.at < float("inf"):
+            raise BadInput(f"a trajectory is given at {self.at} s; take a time of 0 s or later.")
+
+    def init(self, estimate: Estimate) -> Given:
+        """Nothing is given yet."""
+        return Given(0.0, NO_SHIFT, False)
+
+    def step(
+        self, memory: Given, estimate: Estimate, dt: float
+    ) -> tuple[Given, Reference | Trajectory | None]:
+        """The start of the trajectory; once, the trajectory; then nothing new. Then `dt` [s] pass."""
+        later = memory._replace(t=memory.t + dt)
+        if memory.done:
+            return later, None
+        if memory.t < self.at - 1e-9:
+            way = self.trajectory
+            return later, moved(still(way.r[0], float(way.heading[0])), memory.shift)
+        return later._replace(done=True), moved(self.trajectory, memory.shift)
+
+    def reframe(self, memory: Given, shift: Shift) -> Given:
+        """What is given from now on is told in the new world."""
+        return memory._replace(shift=compose(shift, memory.shift))
+
+
 class Elsewhere(NamedTuple):
     """The memory of a mission that is told in another world."""
 
-    inner: Clock
+    inner: Clock | Given
     shift: Shift | None  # its world → the estimator's, when last known
 
 
@@ -80,23 +136,28 @@ class Elsewhere(NamedTuple):
 class InWorld:
     """A mission whose goals are told in the world of one hypothesis, whichever one flies (MRS Sec. 3.5, 7.1).
 
-    Until that world is known the aircraft is asked to stand where it is; while it is unknown again, the last is kept.
+    Until that world is known the aircraft is asked to stand where it is, and a trajectory waits; while it is unknown
+    again, the last is kept.
     """
 
     slot: ClassVar[str] = "mission"
-    mission: _Timed
+    mission: _Timed | Fly
     world: str  # name of a hypothesis
 
     def init(self, estimate: Estimate) -> Elsewhere:
         """The mission from its beginning."""
         return Elsewhere(self.mission.init(estimate), None)
 
-    def step(self, memory: Elsewhere, estimate: Estimate, dt: float) -> tuple[Elsewhere, Reference]:
+    def step(
+        self, memory: Elsewhere, estimate: Estimate, dt: float
+    ) -> tuple[Elsewhere, Reference | Trajectory | None]:
         """The goal of now, told in the world that flies."""
-        inner, goal = self.mission.step(memory.inner, estimate, dt)
         shift = estimate.worlds.get(self.world, memory.shift)
-        goal = still(estimate.r, heading(estimate.R)) if shift is None else moved(goal, shift)
-        return Elsewhere(inner, shift), goal
+        inner, goal = self.mission.step(memory.inner, estimate, dt)  # type: ignore[arg-type]
+        if shift is None:
+            kept = memory.inner if isinstance(goal, Trajectory) else inner
+            return Elsewhere(kept, None), still(estimate.r, heading(estimate.R))
+        return Elsewhere(inner, shift), None if goal is None else moved(goal, shift)
 
     def reframe(self, memory: Elsewhere, shift: Shift) -> Elsewhere:
         """Its own world stays; the way from there is another one."""
