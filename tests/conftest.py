@@ -7,6 +7,8 @@ from pathlib import Path
 import hypothesis
 import pytest
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: else each worker spins on every core
+
 from uavlab.exercises import STEMS, all_exercises
 
 hypothesis.settings.register_profile("ci", deadline=None, derandomize=True, max_examples=50)
