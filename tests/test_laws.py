@@ -9,8 +9,8 @@ import pytest
 
 from uavlab.flight.fill import fill
 from uavlab.frames import Shift, compose, inverse, moved
-from uavlab.limits import limit_group
 from uavlab.gains import gain_group
+from uavlab.limits import limit_group
 from uavlab.parts.adaptive import AdaptiveController
 from uavlab.parts.bank import BankEstimator, chosen, fused
 from uavlab.parts.complementary import ComplementaryEstimator, CoupledEstimator
