@@ -50,16 +50,16 @@ class MpcGains(NamedTuple):
 class TorqueGains(NamedTuple):
     """Gains of the position loop, Spica eq. (4), and of the attitude loop, Spica eq. (5), for the MK-Quadro.
 
-    The paper prints none; these are ours. The position loop has a pole pair at 2.5 rad/s, the attitude loop one at
-    9 rad/s: below 1/(2 · 0.047 s) ≈ 10.6 rad/s, which is all that the lag of its motors leaves.
+    The paper prints none; these are ours. With the lag of its motors (0.047 s) the tilt has a pole pair at 8.5 rad/s of
+    damping 0.55, the yaw one at 5 rad/s of damping 0.8, and the position is damped by 0.5.
     """
 
-    k_p: Triple = (8.2, 8.2, 8.2)  # (3,) [N/m] on position; not times the mass
-    k_ip: Triple = (3.0, 3.0, 3.0)  # (3,) [N/(m s)] on its integral
-    k_v: Triple = (6.5, 6.5, 6.5)  # (3,) [N s/m] on velocity
-    k_R: Triple = (1.0, 1.0, 0.6)  # (3,) [N m] on the rotation error
-    k_iR: Triple = (0.4, 0.4, 0.2)  # (3,) [N m/s] on its integral
-    k_omega: Triple = (0.18, 0.18, 0.16)  # (3,) [N m s] on angular velocity
+    k_p: Triple = (4.0, 4.0, 6.0)  # (3,) [N/m] on position; not times the mass
+    k_ip: Triple = (1.0, 1.0, 1.5)  # (3,) [N/(m s)] on its integral
+    k_v: Triple = (3.7, 3.7, 5.0)  # (3,) [N s/m] on velocity
+    k_R: Triple = (0.51, 0.51, 0.37)  # (3,) [N m] on the rotation error
+    k_iR: Triple = (0.1, 0.1, 0.05)  # (3,) [N m/s] on its integral
+    k_omega: Triple = (0.108, 0.108, 0.148)  # (3,) [N m s] on angular velocity
     source: str = "ours: Spica prints none"
 
 

@@ -12,7 +12,7 @@ from uavlab.experiments.answers import answer
 from uavlab.flight.fly import fly
 from uavlab.flight.log import Log
 from uavlab.flight.scenario import Scenario
-from uavlab.frames import Shift, moved
+from uavlab.frames import Shift, heading, moved
 from uavlab.gains import GeometricGains
 from uavlab.interfaces import Memory, Readings, Stack
 from uavlab.parts.controllers import limited_tilt
@@ -66,6 +66,28 @@ class Believes:
     def hypotheses(self, memory: Estimate) -> Mapping[str, Hypothesis]:
         """It has one belief only."""
         return {}
+
+
+@dataclass(frozen=True)
+class Passes:
+    """A tracker that adds nothing: the goal is the reference."""
+
+    slot: ClassVar[str] = "tracker"
+
+    def init(self, estimate: Estimate, last: Reference | None) -> Reference:
+        """The last reference, else stand where the estimate is."""
+        zero = np.zeros(3)
+        return last or Reference(estimate.r, zero, zero, zero, heading(estimate.R), 0.0)
+
+    def step(
+        self, memory: Reference, estimate: Estimate, goal: Reference | None, dt: float
+    ) -> tuple[Reference, Reference]:
+        """The goal, or the last one."""
+        return goal or memory, goal or memory
+
+    def reframe(self, memory: Reference, shift: Shift) -> Reference:
+        """The same, told in another world."""
+        return moved(memory, shift)
 
 
 class Tick(NamedTuple):

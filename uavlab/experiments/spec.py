@@ -27,6 +27,7 @@ MODULES: tuple[str, ...] = (
     "circles",
     "compliance",
     "disturbances",
+    "spica_flight",
 )
 
 LEAST_SEEDS = 20  # a number of chance is a mean over at least so many flights
