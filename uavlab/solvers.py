@@ -140,12 +140,13 @@ class Solver:
         self._soft = np.isfinite(qp.soft)
         self._cold = np.where(self._soft, SOFT, 0).astype(np.int32)
         self._hard = (~self._soft).astype(float)
+        self._still = np.flatnonzero(~qp.A.any(axis=1) & ~self._soft)  # rows that no z changes
         self._model = daqp.Model()
         self._model.settings = {"iter_limit": iterations, "primal_tol": 1e-9, "dual_tol": 1e-12}
-        l, u = qp.l.clip(-HUGE, HUGE), qp.u.clip(-HUGE, HUGE)
+        one = np.ones(m)  # sides that any z near 0 keeps; the true ones come with each problem
         # DAQP has a shorter way for limits of z itself.
         boxed = n if np.array_equal(qp.A[:n], np.eye(n)) else 0
-        self._model.setup(qp.P, qp.q, qp.A[boxed:].copy(), u, l, self._cold.copy())
+        self._model.setup(qp.P, qp.q, qp.A[boxed:].copy(), one, -one, self._cold.copy())
         rho, prices = np.full(m, RHO), np.where(self._soft, qp.soft, 0.0)
         self._model.soft_weights(rho_l=rho, rho_u=rho, w_l=prices, w_u=prices)
 
@@ -175,6 +176,11 @@ class Solver:
         if warm is not None and np.count_nonzero(warm.y) > FEW:
             y = warm.y * self._hard
             sense = sense + (y != 0.0).view(np.int8) + ((y < 0.0).view(np.int8) << 1)
+        if self._still.size:
+            l, u, always = l.copy(), u.copy(), self._kept(l, u)
+            l[self._still], u[self._still] = -1.0, 1.0
+            if not always:
+                return self._none(INFEASIBLE, 0, warm)
         self._model.update(f=q, bupper=u, blower=l, sense=sense)
         z, cost, flag, info = self._model.solve()
         if flag > 0:
@@ -183,10 +189,17 @@ class Solver:
             return Plan(z, info["lam"], SOLVED, cost, info["iterations"])
         if sense is not self._cold:
             plan = self.solve(q, l, u)  # it may have been led astray
-        else:
-            z, y = np.zeros_like(q), np.zeros_like(l)
-            plan = Plan(z, y, INFEASIBLE if flag == NONE else LATE, inf, info["iterations"])
-        return plan if plan.ok or warm is None else plan._replace(z=warm.z, y=warm.y)
+            return plan if plan.ok else self._none(plan.status, plan.iterations, warm)
+        return self._none(INFEASIBLE if flag == NONE else LATE, info["iterations"], warm)
+
+    def _kept(self, l: Array, u: Array) -> bool:
+        """Whether 0 is within the sides of all rows that no z changes."""
+        return bool((l[self._still] <= 0.0).all() and (u[self._still] >= 0.0).all())
+
+    def _none(self, status: str, iterations: int, warm: Plan | None) -> Plan:
+        n, m = self.qp.q.size, self.qp.l.size
+        z, y = (np.zeros(n), np.zeros(m)) if warm is None else warm[:2]
+        return Plan(z, y, status, inf, iterations)
 
 
 class Osqp:
@@ -218,6 +231,7 @@ class Osqp:
         self._model.setup(
             csc_matrix(triu(all_hard.P)), all_hard.q, csc_matrix(all_hard.A), all_hard.l, all_hard.u,
             eps_abs=eps, eps_rel=eps, max_iter=iterations, polishing=True, verbose=False,
+            adaptive_rho_interval=200,  # seldom: beside high prices it else goes to and fro for ever
         )  # fmt: skip
         self._rho = self._model.settings.rho
 

@@ -158,8 +158,12 @@ def solve(qp: QP, warm: Plan | None = None) -> Plan:
     solver = osqp.OSQP()
     solver.setup(
         csc_matrix(triu(hardened.P)), hardened.q, csc_matrix(hardened.A), hardened.l, hardened.u,
-        eps_abs=1e-8, eps_rel=1e-8, max_iter=100_000, polishing=True, verbose=False,
+        eps_abs=1e-7, eps_rel=1e-7, max_iter=100_000, polishing=True, verbose=False,
+        adaptive_rho_interval=200,  # seldom: with prices of 1e4 it else goes to and fro for ever
     )  # fmt: skip
+    if warm is not None and np.isfinite(warm.z).all():
+        slacks = np.zeros(hardened.q.size - qp.q.size)
+        solver.warm_start(x=np.concatenate((warm.z, slacks)))
     found = solver.solve(raise_error=False)
     status = {"solved": SOLVED, "primal infeasible": INFEASIBLE}.get(found.info.status, LATE)
     if status != SOLVED:
