@@ -78,7 +78,7 @@ def pushed_once(f: Function, rng: np.random.Generator) -> None:
     """One input at one step must move the states after it only, and all of them as if it had come first."""
     n, k, N = 3, 2, 6
     A, B = rng.normal(size=(n, n)), rng.normal(size=(n, k))
-    Phi, Gamma = of_shapes(f(A, B, N), (N * n, n), (N * n, N * k))
+    _, Gamma = of_shapes(f(A, B, N), (N * n, n), (N * n, N * k))
     told = Gamma.reshape(N, n, N, k)
     for i in range(N):
         for m in range(N):
@@ -130,7 +130,7 @@ def wish(rng: np.random.Generator) -> Reference:
 
 @hidden(initial_state, weight=2.0)
 def at_one_and_a_half_times(f: Function, rng: np.random.Generator) -> None:
-    """Just below 1.5 times the limit the estimate counts, from there on the reference; up to there it is no violation."""
+    """Below 1.5 times the limit the estimate counts, and from there on the reference."""
     for sign in (1.0, -1.0):
         limits, wanted = bounds(rng), wish(rng)
         axes = (limits.horizontal, limits.horizontal, limits.vertical)
@@ -228,7 +228,7 @@ def what_nature_balances(f: Function, rng: np.random.Generator) -> None:
 @hidden(solve)
 def begun_elsewhere(f: Function, rng: np.random.Generator) -> None:
     """Whatever plan it is given to begin with, the solution must be the same; without one, z is that plan's."""
-    qp, z, y = solved_by_hand(rng, 4, 6)
+    qp, z, _ = solved_by_hand(rng, 4, 6)
     first = programmes.read_plan(f(qp), 4, 6)
     other, _, _ = solved_by_hand(rng, 4, 6)
     before = f(other)
@@ -254,8 +254,8 @@ def begun_elsewhere(f: Function, rng: np.random.Generator) -> None:
 
 @hidden(solve, weight=0.5)
 def what_is_no_programme(f: Function, rng: np.random.Generator) -> None:
-    """What is not finite, does not fit, or wants more than it allows must raise ValueError; infinite bounds are fine."""
-    qp, z, _ = solved_by_hand(rng, 3, 4)
+    """What is not finite, or does not fit, must raise ValueError; infinite bounds are fine."""
+    qp, _, _ = solved_by_hand(rng, 3, 4)
     free = qp._replace(l=np.full(4, -np.inf), u=np.full(4, np.inf))
     plan = programmes.read_plan(f(free), 3, 4)
     expect_close(plan.z, -np.linalg.solve(qp.P, qp.q), atol=1e-3)

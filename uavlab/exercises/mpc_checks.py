@@ -96,7 +96,7 @@ def a_plan_costs_what_its_flight_costs(f: Function, rng: np.random.Generator) ->
 
 
 def a_plan_begins_where_the_last_one_was(f: Function, rng: np.random.Generator) -> None:
-    """The first input may differ from the last one by what one period allows, and each one from the one before by dt."""
+    """The first input may differ from the last one by what a period allows, each later one by what dt allows."""
     N, dt, period, last = 5, 0.05, float(rng.uniform(0.01, 0.03)), float(rng.uniform(-0.5, 0.5))
     j = float(rng.uniform(4.0, 8.0))
     limits = AxisLimits(2.0, 2.0, j, np.inf)
