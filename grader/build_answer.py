@@ -13,7 +13,7 @@ import symtable
 import textwrap
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 from grader.build_lab import Cell, Lab, plain_python
 from uavlab.errors import BadFile
@@ -162,7 +162,12 @@ def _binds(node: ast.stmt) -> list[str]:
     if isinstance(node, Definition):
         return [node.name]
     targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
-    return [x.id for x in targets if isinstance(x, ast.Name)]
+    return [x.id for target in targets if target for x in ast.walk(target) if _is_bound(x)]
+
+
+def _is_bound(x: ast.AST) -> TypeGuard[ast.Name]:
+    """Whether a part of a target is a name that it binds: ``a, b = 1, 2`` binds two."""
+    return isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)
 
 
 def _signature(node: ast.stmt) -> str:

@@ -205,6 +205,39 @@ def test_a_name_that_the_lab_does_not_import_is_refused(tmp_path):
         instructor_notebook(lab)
 
 
+def split_answers(tmp_path, **files):
+    """A lab whose helper of with_heading lies in a file of its own, beside others."""
+    helper = "def _turned(R, angle):\n    return about_z(angle) @ R\n"
+    used = SOLUTIONS.replace(
+        "return about_z(heading - heading_o) @ R_o", "return _turned(R_o, heading - heading_o)"
+    )
+    assert used != SOLUTIONS
+    lab = labs.write(tmp_path, solutions=used)
+    for name, text in {"turns": helper, **files}.items():
+        lab.solutions.with_name(f"heading_{name}.py").write_text(text, encoding="utf-8")
+    return lab
+
+
+def test_answers_may_fill_several_files_and_their_helpers_come_along(tmp_path):
+    book = instructor_notebook(split_answers(tmp_path))
+    (cell,) = [c for c in book.cells if c.id == "answer-with_heading"]
+    assert "def _turned(R, angle):" in cell.source.split("def with_heading")[0]
+
+
+def test_two_helpers_of_one_name_in_two_files_are_refused(tmp_path):
+    lab = split_answers(tmp_path, other="def _turned(R, angle):\n    return R\n")
+    with pytest.raises(
+        BadFile, match=r"heading_turns\.py:1: _turned is something else in heading_other\.py"
+    ):
+        instructor_notebook(lab)
+
+
+def test_a_constant_that_is_bound_together_with_another_comes_along(tmp_path):
+    both = SOLUTIONS.replace("PARALLEL = 1e-9", "PARALLEL, OTHER = 1e-9, 1")
+    book = instructor_notebook(labs.write(tmp_path, solutions=both))
+    assert any("PARALLEL, OTHER = 1e-9, 1" in c.source for c in book.cells)
+
+
 def test_a_broken_lab_leaves_the_last_build_as_it_was(course, tmp_path):
     def notebooks():
         return {p: p.read_bytes() for p in course.rglob("*.ipynb")}
