@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import hypot, isfinite
+from math import hypot
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -92,6 +92,8 @@ class MpcController:
         self, memory: Memory, estimate: Estimate, reference: Reference, dt: float
     ) -> tuple[Memory, Command]:
         """Plan each axis, learn from the error of now, and turn the force into rates."""
+        if not _numbers(estimate.R, reference.a, reference.heading, reference.heading_rate):
+            return memory._replace(failed=memory.failed + 1), memory.command  # there is no attitude
         H = about_z(memory.axes)
         takes_over = memory.handover.last is not None  # then that command flies on for this step
         period = 0.0 if takes_over else dt
@@ -104,17 +106,13 @@ class MpcController:
         f = limited_tilt(f, k.tilt_max)
         R_d = _projected(f, reference.heading)  # (18)-(20): what the MRS software takes
         omega_d = -np.array(k.k_R) * vee(0.5 * (R_d.T @ R - R.T @ R_d))  # (24), (25)
-        omega_d[2] += (
-            reference.heading_rate * (1.0 - R_d[2, 0] ** 2) / R_d[2, 2]
-        )  # (31), closed form
+        yaw_rate = reference.heading_rate * (1.0 - R_d[2, 0] ** 2) / R_d[2, 2]  # (31), closed form
+        omega_d[2] += yaw_rate
         omega_d = omega_d.clip(np.negative(k.rate_max), k.rate_max)
         f_d = float(f @ R[:, 2])
         a_d = (f_d * R[:, 2] + d) / m.m_e - GRAVITY * E3  # (53), errata: m_e g, not g
         handover, command = fading(memory.handover, Command(f_d, omega_d, a_d), dt, FADE)
-        known = isfinite(command.f_d + command.omega_d.sum() + command.a_d.sum())
-        if not known:
-            handover, command = memory.handover, memory.command
-        failed = memory.failed + (not (solved and known))
+        failed = memory.failed + (not solved)
         return m._replace(failed=failed, handover=handover, command=command), command
 
     def reframe(self, memory: Memory, shift: Shift) -> Memory:
@@ -134,18 +132,19 @@ class MpcController:
         self, memory: Ahead, estimate: Estimate, reference: Reference, dt: float
     ) -> tuple[tuple[Plan | None, ...], Vec3, bool]:
         """Plans and first inputs (3,) of the three axes [m/s²], and whether all are new."""
-        if memory.axes:
-            back = Shift(np.zeros(3), -memory.axes)
-            estimate, reference = frames.moved(estimate, back), frames.moved(reference, back)
-        x0 = initial_state(estimate, reference, self.limits)  # (45)
-        x0[:, 0] -= reference.r
+        with np.errstate(invalid="ignore"):  # what is no number is seen to below
+            if memory.axes:
+                back = Shift(np.zeros(3), -memory.axes)
+                estimate, reference = frames.moved(estimate, back), frames.moved(reference, back)
+            x0 = initial_state(estimate, reference, self.limits)  # (45)
+            x0[:, 0] -= reference.r
         flat, up = self.limits
         kinds = ((flat, 0.0, HORIZONTAL), (flat, 0.0, HORIZONTAL), (up, P_UP, VERTICAL))
         plans, c, solved = list(memory.plans), np.zeros(3), True
         for i, (limits, p, weights) in enumerate(kinds):
             family, solver = programme(limits, self.N, self.dt, p, weights, dt)
             new = None
-            if isfinite(x0[i].sum()):
+            if _numbers(x0[i]):
                 now = np.append(x0[i], memory.inputs[i])
                 new = solver.solve(*family(now), memory.plans[i])
             if new is None or not new.ok:
@@ -157,9 +156,7 @@ class MpcController:
     def _learned(self, m: Ahead, estimate: Estimate, reference: Reference, dt: float) -> Ahead:
         """Disturbances and mass, one step later (MRS eq. 35, 37)."""
         k, e_p = self.gains, estimate.r - reference.r
-        m_e = (
-            m.m_e - k.k_m * float(e_p[2]) * dt
-        )  # (37), errata: who is heavy sags, and must gain mass
+        m_e = m.m_e - k.k_m * float(e_p[2]) * dt  # (37), errata: who is heavy sags
         m_e = min(max(m_e, self.mass - k.m_max, LIGHTEST * self.mass), self.mass + k.m_max)
         if hypot(estimate.v[0], estimate.v[1]) > CALM:
             return m._replace(m_e=m_e)
@@ -167,6 +164,11 @@ class MpcController:
         d_w = m.d_w + k.k_iw * dt * (about_z(-m.axes) @ flat)  # (35)
         d_b = m.d_b + k.k_ib * dt * (about_z(-frames.heading(estimate.R)) @ flat)
         return m._replace(d_w=d_w.clip(-k.d_max, k.d_max), d_b=d_b.clip(-k.d_max, k.d_max), m_e=m_e)
+
+
+def _numbers(*given: Array | float) -> bool:
+    """Whether all of it is finite."""
+    return all(np.isfinite(x).all() for x in given)
 
 
 def _shifted(plan: Plan | None) -> Plan | None:
