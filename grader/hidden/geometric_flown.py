@@ -105,7 +105,7 @@ def taught(k: GeometricGains, known: Known, x: Estimate, y: Reference, dt: float
     return Known(m_e, known.d_w + k.k_iw * dt * e, known.d_b + k.k_ib * dt * (H.T @ e))
 
 
-@hidden(GeometricController)
+@hidden(GeometricController, weight=2.0)
 def leans_no_further(f: Function, rng: np.random.Generator) -> None:
     """Far from its goal it must lean by its limit and no more, hold its height, and stay with its nose."""
     k, m, eta, to = some_gains(rng), some_mass(rng), draw.angle(rng), draw.angle(rng)

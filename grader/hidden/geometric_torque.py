@@ -78,7 +78,7 @@ def swung_with_a_crooked_propeller(f: Function, rng: np.random.Generator) -> Non
     J, dt = np.diag((0.0125, 0.0125, 0.024)), 0.01
     k = TorqueGains(k_R=(1.5, 1.5, 1.2), k_iR=(2.0, 2.0, 1.5), k_omega=(0.25, 0.25, 0.3))
     n, base, pace, wide = draw.direction(rng), draw.rotation(rng), rng.uniform(2.0, 3.0), 0.8
-    crooked = 0.05 * draw.direction(rng)
+    crooked = 0.12 * draw.direction(rng)
     R, omega, integral = base @ so3.exp(0.3 * draw.direction(rng)), ZERO, ZERO
     for tick in range(400):
         t = tick * dt

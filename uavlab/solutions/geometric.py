@@ -22,9 +22,7 @@ from uavlab.so3 import about_z, vee
 from uavlab.types import GRAVITY, Array, Command, Estimate, Mat3, Reference, Shift, Vec3
 
 E3 = np.array((0.0, 0.0, 1.0))
-LIGHTEST = (
-    0.1  # of the nominal mass: the limit of the software is above the mass of a small aircraft
-)
+LIGHTEST = 0.1  # of the nominal mass: the software's limit exceeds the mass of a small aircraft
 LOST = 1e-6  # |R33| below which no yaw rate turns the heading
 LEAST = 1.0  # [N] least vertical force: one that points down would turn the aircraft over
 FADE = 0.5  # [s] with which the difference to the command before us fades
@@ -42,9 +40,8 @@ def jerk_feedforward(f_d: Vec3, m_e: float, R_d: Mat3, jerk_d: Vec3) -> Vec3:
     size = float(np.linalg.norm(f_d))
     if size == 0.0:
         raise BadInput("f_d is zero: without thrust no attitude makes a jerk.")
-    return (
-        m_e / size * np.cross(E3, R_d.T @ jerk_d)
-    )  # (26), errata: m_e over ‖f_d‖, and no transpose
+    # (26), errata: m_e over ‖f_d‖, and no transpose
+    return m_e / size * np.cross(E3, R_d.T @ jerk_d)
 
 
 def rate_command(R: Mat3, R_d: Mat3, heading_rate_d: float, omega_j: Vec3, k_R: Vec3) -> Vec3:
@@ -92,10 +89,9 @@ def disturbance_step(
 ) -> tuple[Vec3, Vec3]:
     """Integrators of the disturbances, in the world and turning with the heading (MRS eq. 35)."""
     flat = np.array((e_p[0], e_p[1], 0.0))  # the height belongs to the mass
+    seen = about_z(-heading) @ flat
     d_w = d_w + gains.k_iw * dt * flat  # (35)
-    d_b = d_b + gains.k_ib * dt * (
-        about_z(-heading) @ flat
-    )  # (35), errata: no H in front of the sum
+    d_b = d_b + gains.k_ib * dt * seen  # (35), errata: no H in front of the sum
     return d_w.clip(-gains.d_max, gains.d_max), d_b.clip(-gains.d_max, gains.d_max)
 
 
