@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from uavlab.exercises import mpc_parts_checks as laws
 from uavlab.exercises.spec import exercise
 from uavlab.gains import MpcGains
 from uavlab.interfaces import Memory
@@ -215,3 +216,12 @@ class MpcTracker:
             Since `init`.
         """
         ...
+
+
+# What is checked in public
+MpcController.check(laws.hovers_where_it_is_wanted)
+MpcController.check(laws.takes_over_unnoticed)
+MpcController.check(laws.goes_to_a_point)
+MpcTracker.check(laws.continues_what_was_wanted)
+MpcTracker.check(laws.one_moves_the_other)
+MpcTracker.check(laws.arrives_within_its_limits)
