@@ -39,7 +39,7 @@ NOISE = Knows(r_noise=0.02, v_noise=0.05)  # ours, of a good differential receiv
 BLOWN_LAPS = 7
 
 
-def scenario(facing: bool, laps: int = LAPS) -> Scenario:
+def scenario(facing: bool, laps: float = LAPS) -> Scenario:
     """The circle, from standing on it; `facing` its centre, or along world x."""
     centre = np.array((0.0, 0.0, HEIGHT))
     mission = Follow(circle(centre, RADIUS), RATE, RAMP, 0.0, centre if facing else None)
@@ -55,7 +55,7 @@ def plant(rotor_drag: bool = False) -> CompiledPlant:
 
 def round_and_round(
     facing: bool, gains: GeometricGains, *, compensated: bool = True, rotor_drag: bool = False,
-    laps: int = LAPS,
+    laps: float = LAPS,
 ) -> Log:  # fmt: skip
     """One flight in calm air of an aircraft that knows its state."""
     controller: Any = law(float(load_airframe(NAME).m), gains)

@@ -90,10 +90,12 @@ def time_constants(gains: GeometricGains) -> tuple[float, float]:
     return m * gains.k_p[2] / (gains.k_m * GRAVITY), m * gains.k_p[0] / (gains.k_iw + gains.k_ib)
 
 
-def as_printed(told: float, true: float, wind: Vec3, gains: GeometricGains) -> tuple[Log, Array]:
+def as_printed(
+    told: float, true: float, wind: Vec3, gains: GeometricGains, seconds: float = YAW
+) -> tuple[Log, Array]:
     """A flight with (37) as printed, and the mass (N,) [kg] that it believes."""
     controller: Any = Altered(law(told, gains), printed_mass)
-    log = flown(scenario(YAW, wind), controller, plant=loaded(true))
+    log = flown(scenario(seconds, wind), controller, plant=loaded(true))
     return log, np.array([x.m_e for x in memories(log, controller)])
 
 

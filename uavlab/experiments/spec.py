@@ -24,10 +24,13 @@ MODULES: tuple[str, ...] = (
     "coupled_wind",
     "coupled_starts",
     "bearing_pose",
+    "steps",
     "circles",
     "compliance",
     "disturbances",
     "spica_flight",
+    "misprints",
+    "noise_and_jump",
 )
 
 LEAST_SEEDS = 20  # a number of chance is a mean over at least so many flights

@@ -196,10 +196,15 @@ def mixed(asked: Array) -> Array:
     """Rotor thrusts (N, 4) [N] that the embedded autopilot makes of thrust and torque (N, 4) if nobody scales them."""
     from uavlab.plant.autopilot import mix
     from uavlab.plant.constants import pack, unpacked
+    from uavlab.plant.jit import entry
 
-    c, out = unpacked(*pack(load_airframe(NAME))), np.empty((len(asked), 4))
-    for u, f in zip(asked, out, strict=True):
-        mix(float(u[0]), tuple(u[1:].tolist()), c, f)
+    def each(asked: Array, numbers: Array, allocation: Array, mixer: Array, out: Array) -> None:
+        c = unpacked(numbers, allocation, mixer)
+        for k in range(len(asked)):
+            mix(asked[k, 0], (asked[k, 1], asked[k, 2], asked[k, 3]), c, out[k])
+
+    out = np.empty((len(asked), 4))
+    entry(each)(np.ascontiguousarray(asked), *pack(load_airframe(NAME)), out)
     return out
 
 
