@@ -19,7 +19,9 @@ from uavlab.qp import cost as cost_of
 from uavlab.types import Array
 
 HUGE = 1e30  # what both solvers take for infinity
-RHO = 1e8  # DAQP adds a square to what a miss costs: its multiplier exceeds the price by 1/RHO per unit missed
+# DAQP adds to the price of a miss its square, weakly: the row is missed by 1/SHARP too little of its way. Per way,
+# a' inv(P) a, that a row moves: one number for all rows made DAQP stop at a wrong point now and then.
+SHARP = 3e7
 SOFT = 8  # by this bit DAQP knows a soft row; by 1 one that binds, by 2 that it does so at l
 FEW = 8  # so many binding rows are found as quickly as they are told
 MISSED, NONE = 2, -1  # exits of DAQP: solved, but a soft row is missed; no solution
@@ -147,7 +149,9 @@ class Solver:
         # DAQP has a shorter way for limits of z itself.
         boxed = n if np.array_equal(qp.A[:n], np.eye(n)) else 0
         self._model.setup(qp.P, qp.q, qp.A[boxed:].copy(), one, -one, self._cold.copy())
-        rho, prices = np.full(m, RHO), np.where(self._soft, qp.soft, 0.0)
+        way = np.einsum("ij,ij->i", qp.A @ np.linalg.inv(qp.P), qp.A)
+        rho = SHARP * np.where(way > 0.0, way, 1.0)
+        prices = np.where(self._soft, qp.soft, 0.0)
         self._model.soft_weights(rho_l=rho, rho_u=rho, w_l=prices, w_u=prices)
 
     def solve(self, q: Array, l: Array, u: Array, warm: Plan | None = None) -> Plan:
