@@ -1,10 +1,10 @@
-"""``make bench``: flights beside RotorPy and MuJoCo, controllers beside RotorPy's, filters beside others."""
+"""``make bench``: flights beside RotorPy and MuJoCo, controllers, filters and programmes beside those of others."""
 
 from __future__ import annotations
 
 import argparse
 
-from benchmarks import control, filters, ours, peers
+from benchmarks import control, filters, mpc, ours, peers
 from benchmarks.rounds import Run, compare
 
 
@@ -40,7 +40,12 @@ def flights(rounds: int) -> None:
     compare(contestants(), pairs, rounds)
 
 
-REPORTS = {"flights": flights, "control": control.report, "filters": filters.report}
+REPORTS = {
+    "flights": flights,
+    "control": control.report,
+    "filters": filters.report,
+    "mpc": mpc.report,
+}
 
 
 if __name__ == "__main__":
