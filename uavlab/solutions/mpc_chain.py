@@ -20,15 +20,10 @@ from uavlab.qp import QP, Plan, hard
 from uavlab.solvers import Solver
 from uavlab.types import Array
 
-TAU = (
-    0.35  # [s] two poles with which a goal is reached: what is weighed is p + 2 tau v + tau² a ...
-)
+TAU = 0.35  # [s] two poles with which a goal is reached: p + 2 tau v + tau² a is weighed ...
 BRAKE = 0.25  # ... or this share of v/a, if longer: from full speed it brakes in time, and stays within 2 cm
 JERK, SNAP = 0.003, 0.001  # [s⁶], [s⁸] what a jerk and a snap cost, beside position squared
-PRICES = (
-    1e6,
-    1e7,
-)  # of a m/s and of a m/s² too much: above what a goal within the horizon would pay for it
+PRICE = 3e4  # of a m/s or m/s² too much: above what a goal would pay for it, as far as `near` lets one pull
 KEPT = 0.995  # of the limits of speed and acceleration is planned with; the rest is for what lies between the rows
 FINE, NEAR = 4, 5  # rows for each of the first steps: a plan is flown by a small part of a step
 
@@ -36,6 +31,7 @@ FINE, NEAR = 4, 5  # rows for each of the first steps: a plan is flown by a smal
 class Machine(NamedTuple):
     """The programme of one axis, factored; what of it depends on the state and the goal is a product."""
 
+    tau: float  # [s], see TAU
     t: Array  # (N,) [s] ends of the steps
     root: Array  # (N,) a variable of the programme is a snap times this
     Phi: Array  # (N, 4, 4) the states at t, without any snap
@@ -96,10 +92,10 @@ def machine(N: int, dt: float, period: float, tau: float) -> Machine:
 
     A = np.concatenate((np.eye(N), forced[:, 1], forced[:, 2], Gamma[:, 3]))
     rows = np.concatenate((free[:, 1], free[:, 2], Phi[:, 3]))
-    soft = np.concatenate((hard(N), np.full(K, PRICES[0]), np.full(K, PRICES[1]), hard(N)))
+    soft = np.concatenate((hard(N), np.full(2 * K, PRICE), hard(N)))
     one = np.ones(len(A))
     solver = Solver(QP((P + P.T) / 2.0, np.zeros(N), A, -one, one, soft))
-    return Machine(np.cumsum(spans), root, Phi, cost, rows, K, solver)
+    return Machine(tau, np.cumsum(spans), root, Phi, cost, rows, K, solver)
 
 
 @lru_cache(maxsize=64)

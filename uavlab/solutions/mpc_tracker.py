@@ -20,12 +20,13 @@ from uavlab.parts.trackers import along, unwrapped, why_not
 from uavlab.solutions.mpc_chain import TAU, boxes, chain, machine, slowness, solved
 from uavlab.types import Array, Estimate, Reference, Trajectory
 
-REST = 0.01  # [m/s, m/s²] below which x and y share the way that begins
+REST = 0.05  # [m/s, m/s²] below which x and y share the way that begins
 LEAST_SHARE = 0.05  # of its limits, for an axis that has nearly no way to go
 HOLD = 0.5  # [s] how long a goal goes on with its jerk ...
 FADING = 0.3  # [s] ... and how its acceleration fades then
 SLOWEST = 0.3  # [rad/s] turns of a goal that are believed, at least ...
 QUICKEST = 3.0  # ... and at most
+PULL = 0.25  # [s] by which a far goal is ahead of full speed: more would press the plan against its limits
 DIGITS = 9  # a goal is taken to a nanometre: rounding in a change of world does not reach the plan
 
 
@@ -99,15 +100,12 @@ def sampled(way: Trajectory, t: Array, h: float) -> Array:
 
 
 def near(wanted: Array, x: Array, most: Array) -> Array:
-    """`wanted` (n, 4, 4) with headings the short way round, and no farther than a plan can get, `most` (4,)."""
+    """`wanted` (n, 4, 4) with headings the short way round, and places no farther than `most` (n, 4) from now."""
     e = wanted[:, 0] - x[0]
     e[:, 3] -= 2.0 * pi * round(float(e[0, 3]) / (2.0 * pi))
-    far = np.abs(e[:, :3]) / most[:3]
-    flat = np.maximum(1.0, far[:, :2].max(axis=1))  # x and y together, for the way to stay straight
-    e[:, 0] /= flat
-    e[:, 1] /= flat
-    e[:, 2] /= np.maximum(1.0, far[:, 2])
-    wanted[:, 0] = x[0] + e
+    far = np.maximum(1.0, np.abs(e) / most)
+    far[:, :2] = far[:, :2].max(axis=1, keepdims=True)  # x and y together: the way stays straight
+    wanted[:, 0] = x[0] + e / far
     return wanted
 
 
@@ -131,7 +129,12 @@ class MpcTracker:
         else:
             x[:, :3] = last.r, last.v, last.a, last.j
             x[:2, 3] = last.heading, last.heading_rate
-        stop = (x[0] + 2.0 * TAU * x[1] + TAU**2 * x[2]).round(DIGITS)
+        tau = np.array([slowness(box) for box in boxes(self.limits)])
+        most = boxes(self.limits)[:, :, 1].min(axis=1)
+        slow = np.maximum(
+            2.0 * tau, tau + np.abs(x[1]) / (2.0 * most)
+        )  # it needs v²/(2 a) to brake
+        stop = (x[0] + slow * x[1] + tau**2 * x[2]).round(DIGITS)
         zero, one = np.zeros(3), np.ones(4)
         goal = Reference(stop[:3], zero, zero, zero, float(stop[3]), 0.0)
         return Course(x, goal, 0.0, np.zeros((self.N, 4)), np.zeros(4), 0, one, NO_SHIFT)
@@ -167,7 +170,8 @@ class MpcTracker:
         plan, old, new = memory.plan.copy(), memory.old.copy(), True
         each = [machine(self.N, self.dt, dt, slowness(one)) for one in box]
         t = each[0].t
-        wanted = near(_wanted(memory, t, self.dt), x, box[:, :, 0].max(axis=1) * t[-1])
+        ahead = np.array([2.0 * m.tau + PULL for m in each]) + t[:, None]
+        wanted = near(_wanted(memory, t, self.dt), x, box[:, :, 0].max(axis=1) * ahead)
         for i, m in enumerate(each):
             found = solved(m, x[:, i], wanted[:, :, i], box[i] * memory.share[i])
             if found.ok:
@@ -199,7 +203,7 @@ def _given(memory: Course, goal: Reference | Trajectory) -> Course:
     if v.any() or not isinstance(before, Reference) or (before.r != r).any():
         share = np.ones(4)
         way = np.abs(r[:2] - memory.x[0, :2])
-        still = not v.any() and np.abs(memory.x[1:, :2]).max() < REST
+        still = not v.any() and np.abs(memory.x[1:3, :2]).max() < REST
         if still and way.any():
             share[:2] = np.maximum(way / way.max(), LEAST_SHARE)
     return memory._replace(goal=goal, age=0.0, share=share)
