@@ -64,7 +64,7 @@ def _attitude(f: Vec3, heading: float) -> Mat3:
     nose = np.array((np.cos(heading), np.sin(heading), 0.0))
     b1 = nose - E3 * (nose @ b3) / b3[2]
     b1 = b1 / np.linalg.norm(b1)
-    return np.column_stack((b1, np.cross(b3, b1), b3))
+    return np.array((b1, np.cross(b3, b1), b3)).T
 
 
 # Force, disturbances and mass -------------------------------------------------------------------------
