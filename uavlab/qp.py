@@ -44,7 +44,7 @@ class Plan(NamedTuple):
 
 
 def hard(m: int) -> Array:
-    """Prices (m,) of `m` rows none of which may be missed: all inf."""
+    """Prices of `m` rows none of which may be missed: all inf, shape (m,)."""
     return np.full(m, inf)
 
 

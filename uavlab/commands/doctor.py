@@ -17,7 +17,18 @@ from typing import NamedTuple
 
 NAME = "doctor"
 
-_FLIES = ("numpy", "scipy", "numba", "matplotlib", "meshcat", "pooch", "pyulog", "tqdm")
+_FLIES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "matplotlib",
+    "meshcat",
+    "pooch",
+    "pyulog",
+    "tqdm",
+    "osqp",
+    "daqp",
+)
 _TEACHES = {  # package → what for, what installs it
     "jupyterlab": ("opening the labs", "pip install 'uavlab[lab]'"),
     "ipywidgets": ("widgets in the labs", "pip install 'uavlab[lab]'"),
