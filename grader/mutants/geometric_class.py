@@ -147,6 +147,16 @@ printed_mass = known_mistake(
     "The mass learns the wrong way, as (37) is printed: who hangs low must gain mass.",
     "float(e_p[2])", "-float(e_p[2])",
 )  # fmt: skip
+learnt_too_early = known_mistake(
+    "learnt_too_early",
+    "It learns before it flies: disturbances and mass take their step after the command, and count from the next tick.",
+    "        d_w, d_b = disturbance_step(d_w, d_b, e_p, frames.heading(R), dt, k)  # (35)\n", "",
+    "        m_e = estimated_mass(m_e, float(e_p[2]), dt, self.mass, k)  # (37)\n", "",
+    "        d_w, d_b = memory.d_w, memory.d_b\n",
+    "        e_p = estimate.r - reference.r\n"
+    "        d_w, d_b = disturbance_step(memory.d_w, memory.d_b, e_p, frames.heading(R), dt, k)\n"
+    "        m_e = estimated_mass(m_e, float(e_p[2]), dt, self.mass, k)\n",
+)  # fmt: skip
 heading_of_the_reference = known_mistake(
     "heading_of_the_reference",
     "The disturbances are learnt along the heading of the reference: it is the aircraft that feels them.",
