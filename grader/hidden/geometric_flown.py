@@ -23,6 +23,7 @@ CANARY = "canary-3c7a50be84d14f9a9e12c6f8"
 
 G = np.array((0.0, 0.0, GRAVITY))
 FLAT = np.array((1.0, 1.0, 0.0))
+AT_ONCE = 1e-12  # [s] a tick in which nothing is learnt, before the command or after it
 
 # What the law asks for --------------------------------------------------------------------------------
 
@@ -79,7 +80,7 @@ def every_term_of_the_law(f: Function, rng: np.random.Generator) -> None:
     for _ in range(4):
         k, m, x = some_gains(rng), some_mass(rng), some_estimate(rng)
         part, y = f(m, k), near(rng, x)
-        _, command = part.step(part.init(x, None), x, y, 0.01)
+        _, command = part.step(part.init(x, None), x, y, AT_ONCE)
         agrees(command, law(k, Known(m), x, y), "It is another command.")
 
 
@@ -117,7 +118,7 @@ def leans_no_further(f: Function, rng: np.random.Generator) -> None:
         400.0 * np.array((np.cos(to), np.sin(to), 0.0)) / np.append(k.k_p[:2], 1.0),
     )
     y = Reference(x.r + away, ZERO, ZERO, ZERO, eta, 0.0)
-    _, command = part.step(part.init(x, None), x, y, 0.01)
+    _, command = part.step(part.init(x, None), x, y, AT_ONCE)
     want = [np.linalg.norm(force), ZERO, force / m - G]
     agrees(command, want, "It leans or lifts otherwise.")
 
@@ -132,7 +133,7 @@ def never_turns_over(f: Function, rng: np.random.Generator) -> None:
     ):
         x = Estimate(ZERO, ZERO, ZERO, R, ZERO)
         part, y = f(m, k), Reference(np.array((side, 0.0, -90.0)), ZERO, ZERO, ZERO, eta, 0.0)
-        _, command = part.step(part.init(x, None), x, y, 0.01)
+        _, command = part.step(part.init(x, None), x, y, AT_ONCE)
         agrees(command, [1.0 / R[2, 2], ZERO, R[:, 2] / R[2, 2] / m - G], "It turns over.")
 
 
@@ -143,7 +144,7 @@ def turns_no_faster(f: Function, rng: np.random.Generator) -> None:
         x = some_estimate(rng)
         k, m = some_gains(rng)._replace(rate_max=(0.3, 0.2, 0.4)), some_mass(rng)
         part, y = f(m, k), near(rng, x)._replace(j=draw.vector(rng, 20.0))
-        _, command = part.step(part.init(x, None), x, y, 0.01)
+        _, command = part.step(part.init(x, None), x, y, AT_ONCE)
         want = law(k, Known(m), x, y)
         expect(float(np.abs(want[1]).max()) > 0.1, "")
         agrees(command, want, "Its rates are others.")
@@ -162,7 +163,7 @@ def learns_to_its_limits(f: Function, rng: np.random.Generator) -> None:
     memory = part.init(x, None)
     for _ in range(60):
         memory, _ = part.step(memory, x, y, 2.0)
-    _, command = part.step(memory, x, y, 0.01)
+    _, command = part.step(memory, x, y, AT_ONCE)
     d_w, d_b = -k.d_max * np.sign(off) * FLAT, -k.d_max * sides * FLAT
     agrees(command, law(k, Known(m + sides[2] * k.m_max, d_w, d_b), x, y), "Its limits are others.")
 
