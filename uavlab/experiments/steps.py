@@ -268,8 +268,8 @@ def _followed(flight: Flown, order: int, axis: int, limit: float, title: str, un
         Line("aircraft", t, flown_),
     ]
     if limit:
-        ends = np.full(len(t), limit)
-        lines.append(Line("within limits", t, -ends, "band", ends))
+        for sign, name in ((1.0, "limit forwards"), (-1.0, "limit backwards")):
+            lines.append(Line(name, t, np.full(len(t), sign * limit), "dashed"))
     return Panel(title, "time [s]", unit, tuple(lines))
 
 
