@@ -179,7 +179,8 @@ def test_told_again_the_controller_remembers_what_it_did_in_flight():
     assert len(kept) == len(log.t)
     assert kept[0].m_e == disturbances.TOLD
     assert kept[-1].m_e > disturbances.TOLD + 0.05
-    np.testing.assert_allclose(kept[-1].d_w, kept[-1].d_b, atol=1e-9)  # equally split until it turns
+    # Equally split until it turns.
+    np.testing.assert_allclose(kept[-1].d_w, kept[-1].d_b, atol=1e-9)
 
 
 # Flights --------------------------------------------------------------------------------------------
@@ -216,3 +217,12 @@ def test_the_oblique_attitude_keeps_the_heading_and_lee_s_does_not():
 def test_a_flight_that_ended_before_the_laps_that_count_has_no_numbers():
     short = circles.round_and_round(True, circles.GAINS["soft"], laps=1)
     assert np.isnan(circles.lapped(short).error)
+
+
+def test_the_tracker_is_sent_the_circle_that_the_filter_follows():
+    way = circles.scenario(True).mission
+    sent = circles.Sent(way.path, way.rate, way.ramp, way.heading, way.face, 10.0)
+    _, trajectory = sent.step(None, None, 50.0)
+    for t, r in zip(trajectory.t[::10], trajectory.r[::10], strict=True):
+        np.testing.assert_allclose(r, way.goal(t).r)
+    assert np.abs(np.diff(trajectory.heading)).max() < 1.0  # it does not jump by a turn

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from uavlab.experiments.answers import answer
 from uavlab.experiments.control_flights import (
     KNOWS,
     Altered,
@@ -20,11 +22,13 @@ from uavlab.flight.log import Log
 from uavlab.flight.metrics import heading_error, headings, position_error, tilt
 from uavlab.flight.scenario import Scenario, standing
 from uavlab.gains import GROUPS, GeometricGains
-from uavlab.parts.missions import Follow
+from uavlab.limits import GROUPS as LIMITS
+from uavlab.limits import AxisLimits
+from uavlab.parts.missions import Clock, Follow
 from uavlab.parts.paths import circle
 from uavlab.plant import CompiledPlant, load_airframe
 from uavlab.plant.wind import low_altitude
-from uavlab.types import Array
+from uavlab.types import Array, Estimate, Trajectory
 
 NAME = "T650"
 RADIUS, SPEED, HEIGHT = 5.0, 7.0, 10.0  # [m], [m/s] as printed, [m] ours
@@ -34,6 +38,8 @@ RAMP = 5.0  # [s] from rest to full speed
 LAPS, FIRST = 13, 5  # flown, and from which one on errors count
 GAINS = GROUPS["T650-sim-2020"]
 FLIES = "soft"  # the default group of the MRS software today
+SAMPLE = 0.2  # [s] of the trajectory, the step of the MPC tracker
+FIG_7 = LIMITS["fast"]._replace(horizontal=AxisLimits(9.0, 12.0, 50.0, 50.0))  # MRS Fig. 7
 SIDE = 4.0  # [m/s] of wind, ours
 NOISE = Knows(r_noise=0.02, v_noise=0.05)  # ours, of a good differential receiver and its filter
 BLOWN_LAPS = 7
@@ -62,6 +68,46 @@ def round_and_round(
     if not compensated:
         controller = Altered(controller, without_parasitic)
     return flown(scenario(facing, laps), controller, plant=plant(rotor_drag))
+
+
+@dataclass(frozen=True)
+class Sent(Follow):
+    """The same path, sent as a whole when the flight begins."""
+
+    seconds: float = 0.0  # how much of it
+
+    def step(self, memory: Clock, estimate: Estimate, dt: float) -> tuple[Clock, Any]:
+        """Places and headings at every fifth of a second."""
+        t = np.arange(0.0, self.seconds, SAMPLE)
+        goals = [self.goal(x) for x in t]
+        turns = np.unwrap([x.heading for x in goals])
+        return memory, Trajectory(t, np.array([x.r for x in goals]), turns)
+
+
+def tracked(facing: bool) -> tuple[Log, Array]:
+    """The circle as a trajectory that the MPC tracker follows, and how far its reference is from it [m], (N,)."""
+    flight = scenario(facing, BLOWN_LAPS)
+    way: Any = flight.mission
+    seconds = flight.duration + 10.0  # the tracker looks ahead
+    sent = Sent(way.path, way.rate, way.ramp, way.heading, way.face, seconds)
+    log = flown(
+        flight._replace(mission=sent, mission_rate=1.0 / 50.0),
+        law(float(load_airframe(NAME).m), GAINS[FLIES]),
+        tracker=answer("mpc", "MpcTracker")(FIG_7),
+        plant=plant(),
+    )
+    return log, np.linalg.norm([way.goal(t).r for t in log.t] - log.r_d, axis=1)
+
+
+def _tracked_rows(facing: bool) -> tuple[Row, ...]:
+    log, cut = tracked(facing)
+    what = f"with the MPC tracker, laps {FIRST + 1} to {BLOWN_LAPS}, {FLIES} gains"
+    late = log.t >= FIRST * LAP + RAMP / 2
+    mean = float(cut[late].mean()) if late.any() else float("nan")
+    return (
+        Row(f"{what}: error [m]", "0.1" if facing else "0.5", lapped(log).error),
+        Row(f"{what}: its reference from the circle [m]", "—", mean),
+    )
 
 
 def freely(gains: GeometricGains) -> Log:
@@ -156,6 +202,7 @@ def run_facing(seeds: int) -> Outcome:
         Row("tilt [deg]", "near 45 by its acceleration", one.tilt),
         Row("throttle", "—", one.throttle),
         *_told(by_group, draggy, "0.1"),
+        *_tracked_rows(True),
         wind,
     )  # fmt: skip
     remarks = (
@@ -183,6 +230,7 @@ def run_constant(seeds: int) -> Outcome:
         Row("tilt [deg]", "—", one.tilt),
         Row("throttle", "—", one.throttle),
         *_told(by_group, draggy, "0.5"),
+        *_tracked_rows(False),
         wind,
     )  # fmt: skip
     panels = _panels(by_group, draggy, logs, bare)
@@ -197,6 +245,7 @@ def _remarks() -> tuple[str, ...]:
         "aircraft), and so have the rows that are judged. Our T650 also has the drag of its rotors, measured on "
         "another quadrotor by Bangura: 12 N together.",
         "The reference is the circle itself with all its derivatives, which our command filter passes on. "
+        f"The MPC tracker, with the limits of Fig. 7, gets places and headings every {SAMPLE:g} s, and cuts the curve.",
         f"The aircraft knows its state, except in the wind. Errors are means from lap {FIRST + 1} to {LAPS} "
         f"({BLOWN_LAPS} in the wind).",
     )

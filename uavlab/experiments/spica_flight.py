@@ -178,7 +178,7 @@ def by_programme(u: Array, hover: Array, mixer: Array) -> float:
 
 
 def formula_against_programme(seeds: int) -> Array:
-    """Difference of both λ for random thrusts and torques (seeds · DRAWS,)."""
+    """Difference of both λ [1] for random thrusts and torques, shape (seeds · DRAWS,)."""
     airframe = load_airframe(NAME)
     scale, mixer = answer("geometric", "scale_to_limits"), np.linalg.inv(airframe.allocation)
     hover = np.array((airframe.m * GRAVITY, 0.0, 0.0, 0.0))
