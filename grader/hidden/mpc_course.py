@@ -34,10 +34,10 @@ def begun(f: Function, rng: np.random.Generator) -> tuple:
 def up_and_down(f: Function, rng: np.random.Generator) -> None:
     """Climbing and sinking must each keep its own limits, at every tick, and make use of them."""
     part, memory, limits, r = begun(f, rng)
-    dt = 0.04
-    for sign in (1.0, -1.0):
+    dt = 0.05
+    for sign, steps in ((1.0, 60), (-1.0, 75)):
         goal = r + np.array((0.0, 0.0, 3.0 * sign))
-        x = track(part, memory, stand(goal), dt, 60)
+        x = track(part, memory, stand(goal), dt, steps)
         expect_within(x, limits, dt)
         most = limits.up.v if sign > 0.0 else limits.down.v
         expect((sign * x.v[:, 2]).max() > 0.9 * most, "It is slower than it may be.")
@@ -117,9 +117,9 @@ def with_a_goal_that_moves(f: Function, rng: np.random.Generator) -> None:
 @hidden(MpcTracker)
 def the_short_way_round(f: Function, rng: np.random.Generator) -> None:
     """The nose must turn the short way, across ±π too, within its limits, and be told within ±π."""
-    limits, dt = between(rng), 0.04
+    limits, dt = between(rng), 0.06
     part, side = f(limits), float(rng.choice((-1.0, 1.0)))
-    start, end = side * rng.uniform(2.6, 3.0), -side * rng.uniform(2.4, 2.8)
+    start, end = side * rng.uniform(1.6, 2.0), -side * rng.uniform(1.8, 2.2)
     memory = part.init(at_rest(STILL, start), None)
     x = track(part, memory, stand(STILL, end), dt, 100)
     expect((np.abs(x.heading) <= np.pi + 1e-6).all(), "It is told beyond ±π.")
@@ -172,7 +172,7 @@ def goals_that_are_no_numbers(f: Function, rng: np.random.Generator) -> None:
         now = wanted(got)
         expect(np.linalg.norm(now.r - x.r[-1]) < 0.4, "It jumps.")
         expect(int(numbers(part.failures(memory), ())) == k + 1, "It has lost count.")
-    y = track(part, memory, None, 0.05, 60)
+    y = track(part, memory, None, 0.05, 50)
     expect_close(y.r[-1], goal.r, "It does not go on to the old goal.", atol=0.1)
     expect(int(numbers(part.failures(y.memory), ())) == 2, "It has lost count.")
 

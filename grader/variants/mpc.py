@@ -126,23 +126,19 @@ def squares_of_a_stacked_map(
     rows, l, soft = [], [], []
     last = min(max(last_input, -limits.a), limits.a)
     for i in range(N):
-        e = np.eye(N)[i]
-        if np.isfinite(limits.v) and i > 0:
-            speed = pushed[:, i, 1]
-            for s in (1.0, -1.0):
-                rows.append(-s * speed)
-                l.append(s * free[i, 1] - limits.v)
-                soft.append(price)
-        if np.isfinite(limits.j):
-            step, far = (e - np.eye(N)[i - 1], limits.j * dt) if i else (e, limits.j * period)
-            for s in (1.0, -1.0):
-                rows.append(-s * 7.0 * step)
-                l.append(-7.0 * (far + (s * last if i == 0 else 0.0)))
-                soft.append(math.inf)
+        e, speed = np.eye(N)[i], pushed[:, i, 1]
+        step, far, from_ = (
+            (e - np.eye(N)[i - 1], limits.j * dt, 0.0) if i else (e, limits.j * period, last)
+        )
         for s in (1.0, -1.0):
-            rows.append(s * e / limits.a)
-            l.append(-1.0)
-            soft.append(math.inf)
+            kinds = [(-s * speed, s * free[i, 1] - limits.v, price)]
+            kinds += [(-7.0 * s * step, -7.0 * (far + s * from_), math.inf)]
+            kinds += [(s * e / limits.a, -1.0, math.inf)]
+            for row, least, cost_of in kinds[not i :]:  # v_1 is decided
+                if math.isfinite(least):
+                    rows.append(row)
+                    l.append(least)
+                    soft.append(cost_of)
     return QP(
         2 * M.T @ M,
         -2 * M.T @ b,
