@@ -35,6 +35,8 @@ CONTRACT = {
     "body_filter_step inertial_filter_step CoupledFilter",
     "identification": "gyro_bias accelerometer_calibration motor_time_constant thrust_polynomial "
     "thrust_curve drag_coefficient quadratic_drag mass_step inertia_step attitude_response",
+    "mpc": "discretize prediction_matrices initial_state build_force_qp build_soft_qp solve "
+    "MpcController MpcTracker",
 }
 
 

@@ -29,6 +29,7 @@ STEMS = (
     "kalman_bank",
     "complementary",
     "identification",
+    "mpc",
 )  # the labs that exist, in order; their numbers are the positions
 
 Function = Callable[..., Any]  # what a student writes: a function, or a class
