@@ -17,7 +17,7 @@ from uavlab.gains import GeometricGains
 from uavlab.interfaces import Memory, Readings, Stack
 from uavlab.parts.controllers import limited_tilt
 from uavlab.parts.trackers import CommandFilter
-from uavlab.types import Array, Command, Estimate, Hypothesis, Mat3, Reference, Vec3
+from uavlab.types import GRAVITY, Command, Estimate, Hypothesis, Mat3, Reference, Vec3
 
 KNOWS = "state"  # the instrument that these aircraft carry
 
@@ -193,7 +193,7 @@ def printed_mass(the_law: Any, tick: Tick) -> tuple[Memory, Command]:
 
 def printed_acceleration(_law: Any, tick: Tick) -> tuple[Memory, Command]:
     """MRS (53) as printed: gravity is divided by the mass."""
-    more = np.array((0.0, 0.0, 9.81 * (1.0 - 1.0 / tick.before.m_e)))
+    more = np.array((0.0, 0.0, GRAVITY * (1.0 - 1.0 / tick.before.m_e)))
     return tick.after, tick.command._replace(a_d=tick.command.a_d + more)
 
 
@@ -217,9 +217,3 @@ def _reference(log: Log, k: int) -> Reference:
         log.r_d[k], log.v_d[k], log.a_d[k], np.zeros(3),
         float(log.heading_d[k]), float(log.heading_rate_d[k]),
     )  # fmt: skip
-
-
-def smoothed(x: Array, n: int) -> Array:
-    """Means of each `n` entries in a row of `x` (N,): what a picture needs of a noisy signal."""
-    whole = len(x) // n * n
-    return x[:whole].reshape(-1, n).mean(axis=1)
