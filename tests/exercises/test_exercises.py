@@ -37,6 +37,8 @@ CONTRACT = {
     "thrust_curve drag_coefficient quadratic_drag mass_step inertia_step attitude_response",
     "mpc": "discretize prediction_matrices initial_state build_force_qp build_soft_qp solve "
     "MpcController MpcTracker",
+    "geometric": "attitude_error desired_force jerk_feedforward rate_command disturbance_step "
+    "estimated_mass unbiased_acceleration torque_command scale_to_limits GeometricController",
 }
 
 

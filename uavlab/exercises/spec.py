@@ -30,6 +30,7 @@ STEMS = (
     "complementary",
     "identification",
     "mpc",
+    "geometric",
 )  # the labs that exist, in order; their numbers are the positions
 
 Function = Callable[..., Any]  # what a student writes: a function, or a class
