@@ -246,6 +246,7 @@ def the_same_in_another_world(f: Function, rng: np.random.Generator) -> None:
         old, here = part.step(old, x, goal, DT)
         new, other = part.step(new, there, moved, DT)
         want, got = frames.moved(commanded(here), shift), commanded(other)
+        expect(np.linalg.norm(want.a_d) > 0.05, "It has forgotten what it took over.")
         expect_close(got.f_d, want.f_d, "The thrust jumps.", atol=0.02)
         expect_close(got.omega_d, want.omega_d, "The rates jump.", atol=0.02)
         expect_close(got.a_d, want.a_d, "a_d jumps.", atol=0.02)

@@ -26,6 +26,16 @@ def told(f: Any, given: tuple, named: dict, n: int, points: Array, ways: Array) 
     return [said.costs[:-1] / (1.0 + np.abs(said.costs[:-1]).max()), said.ways]
 
 
+def but_for(f: Any, what: str) -> Any:
+    """The right answer, but for one thing."""
+
+    def answer(*given: Any, **named: Any) -> QP:
+        return f(*given, **named, wrong=what)
+
+    answer.__name__ = f"{f.__name__}_{what}".replace(" ", "_")
+    return answer
+
+
 def stacked(A: Array, B: Array, N: int) -> tuple[Array, Array]:
     n, k = B.shape
     Phi, Gamma = [], np.zeros((N * n, N * k))
@@ -143,8 +153,8 @@ FORCE = {
     "position only": "Only positions are wanted: velocities and accelerations of the reference count, too.",
     "sign": "The sign of q is wrong: it flies away from the reference.",
 }
-FORCES = [mutant(build_force_qp, hint=s)(partial(force, wrong=k)) for k, s in FORCE.items()]
-globals().update({f"force_{k}".replace(" ", "_"): x for k, x in zip(FORCE, FORCES, strict=True)})
+for what, hint in FORCE.items():
+    globals()[f"force_{what}"] = mutant(build_force_qp, hint=hint)(but_for(force, what))
 
 
 # The landing ------------------------------------------------------------------------------------------
@@ -251,7 +261,5 @@ LANDING = {
     "bounded": "The slacks have an upper bound: a row may be missed by any length.",
     "symmetric": "The least input is taken for the negative of the largest one.",
 }
-LANDINGS = [mutant(build_soft_qp, hint=s)(partial(landing, wrong=k)) for k, s in LANDING.items()]
-globals().update({
-    f"landing_{k}".replace(" ", "_"): x for k, x in zip(LANDING, LANDINGS, strict=True)
-})
+for what, hint in LANDING.items():
+    globals()[f"landing_{what}"] = mutant(build_soft_qp, hint=hint)(but_for(landing, what))

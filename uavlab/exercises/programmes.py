@@ -27,10 +27,7 @@ def read(got: Any, n: int) -> QP:
     asked = f"A QP with {n} variables is asked for: P, q, A, l, u, soft, of shapes that fit."
     if not isinstance(got, tuple | list) or len(got) != 6:
         raise WrongForm(asked, asked)
-    try:
-        P, q, A, l, u, soft = (np.array(x, dtype=float, copy=True, subok=False) for x in got)
-    except Exception:  # ragged, no numbers, or an object that refuses to be an array
-        raise WrongForm(asked, asked) from None
+    P, q, A, l, u, soft = (_plain(x, asked) for x in got)
     m = l.size
     fits = (P.shape, q.shape, A.shape) == ((n, n), (n,), (m, n)) and l.shape == u.shape == (m,)
     if not (fits and soft.shape == (m,)):
@@ -84,12 +81,19 @@ def read_plan(got: Any, n: int, m: int) -> Plan:
     asked = f"A Plan is asked for: z of shape ({n},), y of shape ({m},), status, cost, iterations."
     if not isinstance(got, tuple | list) or len(got) != 5 or type(got[2]) is not str:
         raise WrongForm(asked, asked)
-    try:
-        z, y = (np.array(x, dtype=float, copy=True, subok=False) for x in got[:2])
-        cost, iterations = float(got[3]), int(got[4])
-    except Exception:
-        raise WrongForm(asked, asked) from None
-    if z.shape != (n,) or y.shape != (m,):
+    z, y, cost, iterations = (_plain(got[i], asked) for i in (0, 1, 3, 4))
+    if (z.shape, y.shape, cost.shape, iterations.shape) != ((n,), (m,), (), ()):
         raise WrongForm(asked, asked)
     expect(np.isfinite(z).all(), "z must be finite, solved or not.")
-    return Plan(z, y, got[2], cost, iterations)
+    return Plan(z, y, got[2], float(cost), int(iterations))
+
+
+def _plain(x: Any, asked: str) -> Array:
+    """Numbers as a float64 copy, whatever `x` says of itself; infinite ones may be among them."""
+    try:
+        raw = np.array(x, copy=True, subok=False)
+    except Exception:  # ragged, or an object that refuses to be an array
+        raise WrongForm(asked, asked) from None
+    if raw.dtype.kind not in "fiu":
+        raise WrongForm(asked, asked)
+    return raw.astype(float)
