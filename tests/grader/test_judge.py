@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from answers import reference, through
 
+from grader import judge as judging
 from grader import material
 from grader.canaries import TOKEN, canaries, secret_files
 from grader.judge import PURITY, Watched, judge
@@ -134,6 +135,22 @@ def test_every_lab_is_flown_with_the_student_s_own_function(stem):
             item.run(watched, np.random.default_rng(0))
             flown += [item.name] if watched.calls >= (70 if x.methods else 200) else []
     assert flown
+
+
+def test_what_a_known_mistake_says_is_asked_once_for_a_whole_class(monkeypatch):
+    x, asked = find("motor_step"), []
+    known = material.mutants(x)[0]
+
+    def counted(*args):
+        asked.append(args)
+        return known.run(*args)
+
+    alone = [material.Mutant(x.name, counted, known.hint)]
+    monkeypatch.setattr(judging, "mutants", lambda exercise: alone)
+    assert {judge(x, known.run, 41).hint for _ in range(3)} == {known.hint}
+    assert len(asked) == len(material.samples(x, np.random.default_rng(0)))
+    assert judge(x, known.run, 42).hint == known.hint
+    assert len(asked) == 2 * len(material.samples(x, np.random.default_rng(0)))
 
 
 def test_partial_credit_is_given_check_by_check():
