@@ -7,7 +7,8 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: else each worker spins on every core
+# Before numpy is imported: else each worker spins on every core.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from uavlab.exercises import STEMS, all_exercises
 
