@@ -200,7 +200,7 @@ def held_until_the_next(f: Function, rng: np.random.Generator) -> None:
     kept: dict[str, Reading] = {}
 
     def change(k: int, new: dict[str, Reading]) -> tuple[Mapping[str, Reading], ...]:
-        every = {"imu": 2, "barometer": 5, "magnetometer": 3, "gnss": 4}
+        every = {"imu": 2, "barometer": 5, "magnetometer": 4, "gnss": 3}
         fresh = {name: x for name, x in new.items() if k % every[name] == 0}
         kept.update(fresh)
         return dict(kept), fresh
