@@ -143,7 +143,7 @@ def run(seeds: int) -> Outcome:
 def _jerk_rows(jerky: dict[tuple[bool, float], Log]) -> tuple[Row, ...]:
     right, printed = example()
     rows = [
-        Row(f"(26), the errata's example, {what} [rad/s]", "—", float(x[i]))
+        Row(f"(26), the errata's example, {what}, about {'xy'[i]} [rad/s]", "—", float(x[i]))
         for what, x in (("corrected", right), ("as printed", printed))
         for i in (0, 1)
     ]
