@@ -117,7 +117,7 @@ heading_rate_left_out = known_mistake(
 printed_jerk = known_mistake(
     "printed_jerk",
     "The jerk's rates are those of (26) as printed: too large by a hundred, and of the wrong sign.",
-    "m_e / size * np.cross", "-size / m_e * np.cross",
+    "return m_e / size * ", "return -size / m_e * ",
 )  # fmt: skip
 lee_s_attitude = known_mistake(
     "lee_s_attitude",
