@@ -20,7 +20,7 @@ from uavlab.types import GRAVITY, Array, Command, Estimate, Mat3, Reference, Vec
 
 OURS = TorqueGains()
 H = 2e-3  # [s] of the differences that turn a path into body rates
-E3 = np.array((0.0, 0.0, 1.0))
+UP = np.array((0.0, 0.0, 1.0))
 Goal = Callable[[float], Reference]
 
 
@@ -61,7 +61,7 @@ def flat(goal: Goal, t: float) -> tuple[Vec3, Vec3]:
 
 
 def _attitude(x: Reference) -> Mat3:
-    return answer("heading", "attitude_with_heading")(x.a + GRAVITY * E3, x.heading)
+    return answer("heading", "attitude_with_heading")(x.a + GRAVITY * UP, x.heading)
 
 
 @dataclass(frozen=True)
@@ -85,14 +85,14 @@ class TorqueLoop:
         wish = self.wish(memory, estimate, reference, dt)
         f, tau = float(wish.given[0]), wish.given[1:]
         omega_d = rates_for_torque(tau, estimate.omega, self.airframe)
-        a_d = f / self.airframe.m * estimate.R[:, 2] - GRAVITY * E3
+        a_d = f / self.airframe.m * estimate.R[:, 2] - GRAVITY * UP
         return wish.memory, Command(f, omega_d, a_d)
 
     def wish(self, memory: Wound, estimate: Estimate, reference: Reference, dt: float) -> Wish:
         """Thrust and torque of this tick, asked for and given."""
         k, a, R = self.gains, self.airframe, estimate.R
         e_p, e_v = reference.r - estimate.r, reference.v - estimate.v
-        force = a.m * (reference.a + GRAVITY * E3) + np.multiply(k.k_p, e_p)  # (4)
+        force = a.m * (reference.a + GRAVITY * UP) + np.multiply(k.k_p, e_p)  # (4)
         force = force + np.multiply(k.k_ip, memory.e_p) + np.multiply(k.k_v, e_v)
         R_d = answer("heading", "attitude_with_heading")(force, reference.heading)
         omega_d, omega_dot_d = (
