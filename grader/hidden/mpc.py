@@ -156,7 +156,7 @@ def each_number_by_itself(f: Function, rng: np.random.Generator) -> None:
             )
             x[kind, axis] *= 2.0
             want = np.column_stack((r, *x))
-            want[axis, 1 + kind] = wanted[1 + kind][axis]
+            want[axis, 1 + kind] = (wanted.v, wanted.a)[kind][axis]
             expect_close(numbers(f(at(r, *x), wanted, limits), (3, 3)), want)
 
 

@@ -177,7 +177,7 @@ def survives_what_is_no_number(f: Function, rng: np.random.Generator) -> None:
     part, x = f(2.0, gains=QUIET), at_rest(draw.vector(rng, 2.0))
     turn = draw.angle(rng)
     goal = stand(x.r + 3.0 * np.array((np.cos(turn), np.sin(turn), 0.02)))
-    memory = part.init(x, None)
+    memory, got = part.init(x, None), None
     for _ in range(25):
         memory, got = part.step(memory, x, goal, DT)
     expect(counted(part, memory) == 0, "Nothing has failed yet.")

@@ -21,7 +21,7 @@ class MpcController:
     *Plan.* For each axis `build_force_qp`, from its row of `initial_state`, to the position of the reference,
     without velocity or acceleration, at all steps (44). x, y: ``limits.horizontal``, p = 0, HORIZONTAL; z:
     ``limits.vertical``, p = 0.5, VERTICAL. The first input of each plan is c_d, and the last input of the next.
-    `uavlab.solvers` has a quicker solver than yours.
+    Plan with `uavlab.solvers.Solver` and `affine`: a step that takes more than 5 ms is too slow.
 
     *Force.* (39): m_e (a of the reference + c_d + g e_3) − d_w − H d_b, leaning no more than ``tilt_max``
     (`uavlab.parts.controllers.limited_tilt`).
@@ -133,7 +133,7 @@ class MpcTracker:
     time, and no more than 0.1 m beyond.
 
     *Trajectory.* Points at times t since it was given, linear in between; held after the last, as the first is
-    before. The plan looks along it.
+    before. The plan looks along it. (`uavlab.parts.trackers`: `unwrapped`, `along`, and `why_not` for bad goals.)
 
     *Heading.* The short way round, told within [−π, π].
 

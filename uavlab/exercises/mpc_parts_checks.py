@@ -61,7 +61,8 @@ def fly(
         log.append((x.r, x.v, a, u.omega_d))
         r, v = x.r + x.v * dt + a * (dt * dt / 2), x.v + a * dt
         x = Estimate(r, v, a, x.R @ so3.exp(u.omega_d * dt), u.omega_d)
-    return Flight(*(np.array(y) for y in zip(*log, strict=True)), memory)
+    r, v, a, omega = (np.array(y) for y in zip(*log, strict=True))
+    return Flight(r, v, a, omega, memory)
 
 
 def lean(got: Any, k_R: float) -> tuple[float, Array]:
@@ -146,7 +147,8 @@ def track(
         x = at_rest(STILL) if estimate is None else estimate
         memory, got = part.step(memory, x, goal if k == 0 else None, dt)
         log.append(wanted(got))
-    return Course(*(np.array(y) for y in zip(*log, strict=True)), memory)
+    r, v, a, j, heading, rate = (np.array(y) for y in zip(*log, strict=True))
+    return Course(r, v, a, j, heading, rate, memory)
 
 
 def between(rng: np.random.Generator) -> Limits:
@@ -188,7 +190,8 @@ def one_moves_the_other(f: Function, rng: np.random.Generator) -> None:
 
 def continues_what_was_wanted(f: Function, rng: np.random.Generator) -> None:
     """The first reference must be the last one, and without a last one the estimate."""
-    last = Reference(*(s * rng.normal(size=3) for s in (3.0, 0.3, 0.2, 0.2)), draw.angle(rng), 0.1)
+    r, v, a, j = (s * rng.normal(size=3) for s in (3.0, 0.3, 0.2, 0.2))
+    last = Reference(r, v, a, j, draw.angle(rng), 0.1)
     part, x = (
         f(between(rng)),
         at_rest(draw.vector(rng, 3.0), 0.4)._replace(v=0.3 * rng.normal(size=3)),

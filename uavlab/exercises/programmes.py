@@ -53,14 +53,18 @@ def way(qp: QP, z: Array, direction: Array) -> float:
     return float(np.clip(out.min(initial=FAR), 0.0, FAR))
 
 
-def meaning(qp: QP, points: Sequence[Array], directions: Sequence[Array]) -> Meaning:
+def meaning(
+    qp: QP, points: Sequence[Array] | Array, directions: Sequence[Array] | Array
+) -> Meaning:
     """What a programme says at some points (n,), and of the ways (n,) from there."""
     costs = np.array([programme.cost(qp, z) for z in points])
     ways = np.array([[way(qp, z, d) for d in directions] for z in points])
     return Meaning(costs[1:] - costs[0], ways)
 
 
-def expect_costs(qp: QP, points: Sequence[Array], want: Sequence[float], message: str) -> None:
+def expect_costs(
+    qp: QP, points: Sequence[Array] | Array, want: Sequence[float], message: str
+) -> None:
     """Fail the check unless points (n,) differ in cost as `want` does; what is the same for all does not matter."""
     costs = np.array([programme.cost(qp, z) for z in points])
     off = np.abs((costs - costs[0]) - (np.asarray(want) - want[0]))
@@ -68,7 +72,7 @@ def expect_costs(qp: QP, points: Sequence[Array], want: Sequence[float], message
 
 
 def expect_ways(
-    qp: QP, z: Array, directions: Sequence[Array], want: Sequence[float], message: str
+    qp: QP, z: Array, directions: Sequence[Array] | Array, want: Sequence[float], message: str
 ) -> None:
     """Fail the check unless from `z` (n,) one can go as far as `want` in each direction (n,), and no further."""
     for direction, far in zip(directions, want, strict=True):
