@@ -202,7 +202,9 @@ def the_plan_of_each_axis(f: Function, rng: np.random.Generator) -> None:
     """Where no limit binds, each axis must have the first input of its own best plan, as long as asked for."""
     mass, N, dt = 2.0, int(rng.integers(12, 30)), float(rng.uniform(0.04, 0.08))
     e, v = 0.06 * rng.uniform(0.5, 1.0, size=3), 0.05 * rng.normal(size=3)
-    e *= rng.choice((-1.0, 1.0), size=3)
+    e[2], v[2] = rng.uniform(0.1, 0.2), rng.uniform(0.0, 0.1)  # further: there a lag counts
+    side = rng.choice((-1.0, 1.0), size=3)
+    e, v = e * side, v * side
     part = f(mass, N=N, dt=dt, gains=QUIET)
     _, u = held(part, at_rest(e)._replace(v=v), stand(STILL), 30)
     best = np.array([
