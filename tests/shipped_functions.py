@@ -9,6 +9,7 @@ import inspect
 import io
 import json
 import pkgutil
+import signal
 import warnings
 from functools import cache, partial
 
@@ -21,6 +22,27 @@ from grader.watched import Watched
 from uavlab.exercises import all_exercises
 
 SLOW = ("uavlab.commands", "uavlab.datasets")  # they fetch, serve and print; no arithmetic in them
+PATIENCE = 10  # [s] for what is tried; an experiment that is called with whatever there is flies for minutes
+
+
+class TookTooLong(BaseException):
+    """No answer takes that long."""
+
+
+@contextlib.contextmanager
+def alarm(seconds):
+    """Stop what is inside after so many seconds."""
+
+    def stop(*_):
+        raise TookTooLong
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def modules():
@@ -94,10 +116,19 @@ def tried(exercise, functions, classes):
         }
     count = len(inspect.signature(exercise.stub).parameters)
     return {
-        path: passes(exercise, lambda *a, f=f, **k: f(*a, *k.values()))
+        path: passes_in_time(exercise, lambda *a, f=f, **k: f(*a, *k.values()))
         for path, f in functions.items()
         if accepts(f, count)
     }
+
+
+def passes_in_time(exercise, answer):
+    """Whether an answer passes, and does not take for ever."""
+    try:
+        with alarm(PATIENCE):
+            return passes(exercise, answer)
+    except TookTooLong:
+        return False
 
 
 if __name__ == "__main__":
