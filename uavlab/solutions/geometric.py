@@ -18,7 +18,7 @@ from uavlab import frames
 from uavlab.errors import BadInput
 from uavlab.gains import GROUPS, GeometricGains, TorqueGains
 from uavlab.interfaces import Memory
-from uavlab.so3 import about_z, vee
+from uavlab.so3 import about_z, hat, vee
 from uavlab.types import GRAVITY, Array, Command, Estimate, Mat3, Reference, Shift, Vec3
 
 E3 = np.array((0.0, 0.0, 1.0))
@@ -41,7 +41,7 @@ def jerk_feedforward(f_d: Vec3, m_e: float, R_d: Mat3, jerk_d: Vec3) -> Vec3:
     if size == 0.0:
         raise BadInput("f_d is zero: without thrust no attitude makes a jerk.")
     # (26), errata: m_e over ‖f_d‖, and no transpose
-    return m_e / size * np.cross(E3, R_d.T @ jerk_d)
+    return m_e / size * (hat(E3) @ (R_d.T @ jerk_d))
 
 
 def rate_command(R: Mat3, R_d: Mat3, heading_rate_d: float, omega_j: Vec3, k_R: Vec3) -> Vec3:
@@ -64,7 +64,7 @@ def _attitude(f: Vec3, heading: float) -> Mat3:
     nose = np.array((np.cos(heading), np.sin(heading), 0.0))
     b1 = nose - E3 * (nose @ b3) / b3[2]
     b1 = b1 / np.linalg.norm(b1)
-    return np.array((b1, np.cross(b3, b1), b3)).T
+    return np.array((b1, hat(b3) @ b1, b3)).T
 
 
 # Force, disturbances and mass -------------------------------------------------------------------------

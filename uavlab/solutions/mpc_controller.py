@@ -20,7 +20,7 @@ from uavlab.interfaces import Memory, standing_command
 from uavlab.limits import AxisLimits, ForceLimits
 from uavlab.parts.controllers import Handover, fading, limited_tilt
 from uavlab.qp import QP, Plan
-from uavlab.so3 import about_z, vee
+from uavlab.so3 import about_z, hat, vee
 from uavlab.solutions.mpc_qp import build_force_qp, initial_state
 from uavlab.solvers import Affine, Solver, affine
 from uavlab.types import GRAVITY, Array, Command, Estimate, Mat3, Reference, Shift, Vec3
@@ -179,6 +179,6 @@ def _shifted(plan: Plan | None) -> Plan | None:
 def _projected(f: Vec3, heading: float) -> Mat3:
     """Attitude with the thrust along `f`, and a nose that keeps as near to the heading as it can (18)-(20)."""
     b3 = f / np.linalg.norm(f)
-    b2 = np.cross(b3, (np.cos(heading), np.sin(heading), 0.0))  # never zero: the tilt is limited
+    b2 = hat(b3) @ (np.cos(heading), np.sin(heading), 0.0)  # never zero: the tilt is limited
     b2 = b2 / np.linalg.norm(b2)
-    return np.column_stack((np.cross(b2, b3), b2, b3))
+    return np.array((hat(b2) @ b3, b2, b3)).T
