@@ -156,6 +156,19 @@ def turns_with_the_reference(f: Function, rng: np.random.Generator) -> None:
 
 
 @hidden(MpcController)
+def along_the_axis_that_it_has(f: Function, rng: np.random.Generator) -> None:
+    """Tilted, its thrust must be the part of the force along its own axis, and a_d what that thrust makes of it."""
+    mass, r = float(rng.uniform(2.0, 4.0)), draw.vector(rng, 3.0)
+    R = draw.aimed(rng, 0.5, 0.8)
+    x = Estimate(r, STILL, STILL, R, STILL)
+    _, u = held(f(mass, gains=QUIET), x, stand(r, frames.heading(R)), 2)
+    expect_close(u.f_d, mass * GRAVITY * R[2, 2], "Its thrust is another one.", atol=0.02)
+    want = GRAVITY * (R[2, 2] * R[:, 2] - np.eye(3)[2])
+    expect_close(u.a_d, want, "It believes in another acceleration.", atol=0.02)
+    expect(u.omega_d[:2] @ (R[2, 1], -R[2, 0]) < 0.0, "It tilts further.")
+
+
+@hidden(MpcController)
 def not_fooled_by_a_rough_estimate(f: Function, rng: np.random.Generator) -> None:
     """A velocity or an acceleration that cannot be true must not be answered: that of the reference is planned with."""
     mass, part = 2.0, f(2.0, gains=QUIET)
