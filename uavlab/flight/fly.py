@@ -15,6 +15,7 @@ from uavlab.flight.fill import Filled, stack
 from uavlab.flight.log import Log
 from uavlab.flight.recorder import Recorder
 from uavlab.flight.scenario import Scenario, checked
+from uavlab.flight.slot import Swapping, swappable
 from uavlab.frames import compose, inverse, moved
 from uavlab.interfaces import Stack, standing_command
 from uavlab.plant import CompiledPlant, gusts, load_airframe
@@ -63,13 +64,14 @@ def fly(
     Raises
     ------
     BadInput, UnknownName
-        The scenario cannot be flown, or names an airframe that is not there.
+        The scenario cannot be flown, names an airframe that is not there, or swaps parts that the mind has not.
     NotImplementedError
         A part calls an exercise that is not finished.
     """
     checked(scenario)
     airframe = load_airframe(scenario.airframe)
     mind = mind or (scenario.mind or stack)(scenario.airframe)
+    swappable(scenario, mind)
     provenance = dict(mind.provenance)
     if isinstance(plant, Filled):
         provenance |= plant.provenance
@@ -96,6 +98,8 @@ def fly(
         "provenance": provenance,
         "traceback": ending.traceback,
     }
+    if told := at_work.swapping.told:
+        meta["swaps"] = told
     return record.log(ending.exit, ending.reason, meta)
 
 
@@ -144,6 +148,7 @@ class _Mind:
         self.parts, self.mission = parts, scenario.mission
         self.every = round(scenario.rate / scenario.mission_rate)
         self.doing = "start"
+        self.swapping = Swapping(scenario.swaps, parts)
         r, v, R, omega = scenario.start
         self.estimate = Estimate(r, v, np.zeros(3), R, omega)
         self.command = standing_command(mass)
@@ -169,12 +174,16 @@ class _Mind:
         self.doing = "mission"
         if tick % self.every == 0:
             self.pursuing, goal = self.mission.step(self.pursuing, estimate, self.every * dt)
-        self.doing = "tracker"
+        self.doing, t = "tracker", tick * dt
+        self.tracking = self.swapping.ask("tracker", self.tracking, estimate, t)
         self.tracking, reference = self.parts.tracker.step(self.tracking, estimate, goal, dt)
+        self.swapping.hear(self.tracking, t)
         self.doing = "controller"
+        self.controlling = self.swapping.ask("controller", self.controlling, estimate, t)
         self.controlling, self.command = self.parts.controller.step(
             self.controlling, estimate, reference, dt
         )
+        self.swapping.hear(self.controlling, t)
         return estimate, reference, self.command
 
     def hypotheses(self) -> Mapping[str, Hypothesis]:

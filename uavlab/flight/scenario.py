@@ -12,6 +12,16 @@ from uavlab.interfaces import Mission, Stack
 from uavlab.plant import CALM, Wind
 from uavlab.types import State
 
+SWAPPED = ("tracker", "controller")  # slots whose parts may be swapped in flight
+
+
+class Swap(NamedTuple):
+    """Another part takes over in mid-flight; the mind must have a `uavlab.flight.slot.Slot` there."""
+
+    t: float  # [s] from take-off
+    slot: str  # tracker or controller
+    name: str  # of the part, in its slot
+
 
 class Scenario(NamedTuple):
     """A named flight. Rates are data; change any field with ``scenario._replace(...)``."""
@@ -29,6 +39,7 @@ class Scenario(NamedTuple):
     mission_rate: float = 100.0  # [Hz]
     reach: float = 500.0  # [m] from the start; beyond, the flight ends with Exit.AWAY
     mind: Callable[[str], Stack] | None = None  # airframe → who flies if nobody else is named
+    swaps: tuple[Swap, ...] = ()  # who takes over, and when
 
 
 def checked(scenario: Scenario) -> Scenario:
@@ -44,7 +55,24 @@ def checked(scenario: Scenario) -> Scenario:
                 f"scenario {scenario.name!r}: {fast} ({getattr(scenario, fast):g} Hz) must be a whole "
                 f"multiple of {slow} ({getattr(scenario, slow):g} Hz)."
             )
+    _check_swaps(scenario)
     return scenario
+
+
+def _check_swaps(scenario: Scenario) -> None:
+    taken: set[tuple[int, str]] = set()
+    for k, swap in enumerate(scenario.swaps):
+        where = f"scenario {scenario.name!r}: swaps[{k}]"
+        if not (np.isfinite(swap.t) and swap.t >= 0.0):
+            raise BadInput(f"{where}.t is {swap.t} s; it must be ≥ 0.")
+        if swap.slot not in SWAPPED:
+            raise BadInput(f"{where}.slot is {swap.slot!r}; it must be {' or '.join(SWAPPED)}.")
+        tick = (round(swap.t * scenario.rate), swap.slot)
+        if tick in taken:
+            raise BadInput(
+                f"{where}: a second {swap.slot} is to take over at {swap.t:g} s; leave a tick between them."
+            )
+        taken.add(tick)
 
 
 def standing(r: tuple[float, float, float], heading: float = 0.0) -> State:
