@@ -1,0 +1,80 @@
+"""The failsafe: level, nose where it was, a little less thrust than hover, and ever less (MRS Sec. 5.10)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from uavlab.errors import BadInput
+from uavlab.frames import Shift, heading, moved, wrap
+from uavlab.parts.controllers import Handover, fading
+from uavlab.parts.throttle import ThrustCurve, checked
+from uavlab.so3 import about_z, log
+from uavlab.types import GRAVITY, Command, Estimate, Reference
+
+
+class Fall(NamedTuple):
+    """What the failsafe remembers."""
+
+    t: float  # [s] since it took over
+    heading: float  # [rad] then, in the world of the estimate
+    handover: Handover
+
+
+@dataclass(frozen=True)
+class Failsafe:
+    """Come down without knowing where one is, or how fast: a feed-forward for the thrust, feedback for the attitude.
+
+    It looks at the attitude of the estimate only; positions and velocities may be anything, NaN too, and so may the
+    reference. The throttle begins at ``share`` of that which hovers the ``mass`` and falls by ``rate``; the curve
+    turns it into a force. Both are as in mrs_uav_managers; the paper prints none. It does not stop what moves
+    sideways, and it does not stop at the ground: `Touchdown` does. The command before it fades in
+    tenths of a second.
+
+    Raises `BadInput` on a mass that cannot hover on the curve, or a number that makes no descent.
+    """
+
+    slot: ClassVar[str] = "controller"
+    mass: float  # [kg] as last believed: the m_e of the controller before it
+    curve: ThrustCurve
+    share: float = 0.98  # of the hover throttle
+    rate: float = 0.015  # [1/s], of the range of the throttle
+    k_R: float = 3.0  # [1/s], body rates for a rotation to level
+    tau: float = 0.1  # [s], with which the command before it fades
+
+    def __post_init__(self) -> None:
+        checked(self.curve, self.mass)
+        if not 0.0 < self.share <= 1.0:
+            raise BadInput(f"share is {self.share}; take 0 to 1: above hover nothing comes down.")
+        for name in ("rate", "k_R", "tau"):
+            value = getattr(self, name)
+            if not (isfinite(value) and value > 0.0):
+                raise BadInput(f"{name} is {value}; it must be a finite number above 0.")
+
+    def init(self, estimate: Estimate, last: Command | None) -> Fall:
+        """Take over from `last`, and keep the heading of now."""
+        return Fall(0.0, heading(estimate.R), Handover(last, None))
+
+    def force(self, t: float) -> float:
+        """The thrust [N], `t` [s] after it took over."""
+        begin = self.share * self.curve.throttle(self.mass * GRAVITY)
+        return self.curve.force(max(begin - self.rate * t, 0.0))
+
+    def step(
+        self, memory: Fall, estimate: Estimate, reference: Reference, dt: float
+    ) -> tuple[Fall, Command]:
+        """One tick of `dt` [s]; the reference is not looked at."""
+        R, f = estimate.R, self.force(memory.t)
+        omega = self.k_R * log(R.T @ about_z(memory.heading))
+        a = (f / self.mass) * R[:, 2] - np.array((0.0, 0.0, GRAVITY))
+        handover, command = fading(memory.handover, Command(f, omega, a), dt, self.tau)
+        return memory._replace(t=memory.t + dt, handover=handover), command
+
+    def reframe(self, memory: Fall, shift: Shift) -> Fall:
+        """The same fall, told in the new world."""
+        turned = wrap(memory.heading + shift.heading)
+        handover = Handover(*(None if x is None else moved(x, shift) for x in memory.handover))
+        return memory._replace(heading=turned, handover=handover)

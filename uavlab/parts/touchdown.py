@@ -1,0 +1,45 @@
+"""Touch-down, seen by the thrust: an aircraft that stands is carried by the ground (MRS Sec. 5.4, eq. 34)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+from uavlab.errors import BadInput
+from uavlab.parts.throttle import ThrustCurve, checked
+from uavlab.types import Command
+
+IDLE = 0.01  # throttle below which the rotors carry nothing
+
+
+@dataclass(frozen=True)
+class Touchdown:
+    """Touched down: the apparent mass has been below ``share`` of the mass for ``time``.
+
+    What it remembers is one number, for how long this has been so [s]. Share and time are those of mrs_uav_managers.
+
+    Raises `BadInput` on a mass that cannot hover on the curve, a share that is not between 0 and 1, or a time below 0.
+    """
+
+    mass: float  # [kg] as last believed before the landing
+    curve: ThrustCurve
+    share: float = 0.5
+    time: float = 2.0  # [s]
+
+    def __post_init__(self) -> None:
+        checked(self.curve, self.mass)
+        if not 0.0 < self.share < 1.0:
+            raise BadInput(f"share is {self.share}; it must lie between 0 and 1.")
+        if not (isfinite(self.time) and self.time >= 0.0):
+            raise BadInput(f"time is {self.time} s; it must be finite, 0 or more.")
+
+    def init(self) -> float:
+        """It has not been light yet [s]."""
+        return 0.0
+
+    def step(self, memory: float, command: Command, dt: float) -> tuple[float, bool]:
+        """One tick of `dt` [s] under this command: for how long it has been light [s], and whether it stands."""
+        T = self.curve.throttle(command.f_d)
+        light = T < IDLE or self.curve.mass(T) < self.share * self.mass
+        memory = memory + dt if light else 0.0
+        return memory, memory > self.time - 1e-9
