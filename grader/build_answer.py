@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import importlib
 import symtable
 import textwrap
 from collections.abc import Iterable, Iterator
@@ -83,16 +84,45 @@ def check_names(lab: Lab, answers: Iterable[tuple[Cell, str]]) -> None:
         A name that nothing above binds.
     """
     bound = set(dir(builtins))
+    means = {k: v for room in _parse(lab) for k, v in _imported(room.tree).items()}
+    there: dict[str, str] = {}
     for cell, source in answers:
         table = symtable.symtable(plain_python(source), cell.name or "cell", "exec")
         bound |= {s.get_name() for s in table.get_symbols() if s.is_assigned() or s.is_imported()}
         bound |= {t.get_name() for t in table.get_children()}
+        there |= _imported(ast.parse(plain_python(source)))
         if cell.kind == "exercise" and (unknown := sorted(set(_globals(table)) - bound)):
             raise lab.wrong(
                 cell.line,
                 f"the answer to {cell.name} uses {', '.join(unknown)}, which no cell above binds. "
                 "Import it in the lab's first code cell, or write the solution without it.",
             )
+        if cell.kind == "exercise":
+            for name in sorted(set(_globals(table)) & means.keys() & there.keys()):
+                if not _same(means[name], there[name]):
+                    raise lab.wrong(
+                        cell.line,
+                        f"the answer to {cell.name} means {means[name]} by {name}, and the lab {there[name]}: "
+                        "let both mean the same.",
+                    )
+
+
+def _same(one: str, other: str) -> bool:
+    """Whether two dotted names are one thing, perhaps handed on by another module."""
+    if one == other:
+        return True
+    a, b = (importlib.import_module(x.rpartition(".")[0]) for x in (one, other))
+    return getattr(a, one.rpartition(".")[2], a) is getattr(b, other.rpartition(".")[2], b)
+
+
+def _imported(tree: ast.Module) -> dict[str, str]:
+    """Name → the module that it was imported from, of everything imported by name at the top."""
+    return {
+        x.asname or x.name: f"{node.module}.{x.name}"
+        for node in tree.body
+        if isinstance(node, ast.ImportFrom)
+        for x in node.names
+    }
 
 
 def _globals(table: symtable.SymbolTable) -> Iterator[str]:

@@ -199,7 +199,8 @@ def test_a_flight_can_be_replayed_in_3d_and_says_whose_functions_flew(answered, 
     assert all("<iframe" in frame for frame in frames)
     said = re.search(r"who wrote what: (.*)", printed(book))
     assert said
-    least = 1 if stem == "identification" else 3  # what is identified is flown by one part only
+    # What is identified is flown by one part only; in the last labs the parts themselves are the answers.
+    least = {"identification": 1, "mpc": 2, "geometric": 1}.get(stem, 3)
     assert said[1].count(": mine") >= least
     assert ": reference" not in said[1]
 
@@ -324,6 +325,57 @@ def test_lab_05_flies_at_its_height_once_it_has_weighed_itself(answered):
     assert told > 40.0
     (fit,) = numbers(r"validation\s*: fit (\S+) %", said)
     assert fit > 85.0
+
+
+@pytest.mark.lab
+def test_lab_06_keeps_the_slew_that_the_paper_forgot_and_looks_far_with_one_weight(answered):
+    said = printed(answered["mpc"][0])
+    speed, jerk = numbers(r"yours           : fastest (\S+) m/s, largest jerk (\S+) m/s³", said)
+    assert speed < 2.01
+    assert jerk < 5.1
+    (paper,) = numbers(r"\(50\) as printed : fastest \S+ m/s, largest jerk (\S+) m/s³", said)
+    assert paper > 100
+    short, endless = numbers(
+        r"N =  2: slowest mode keeps (\S+) in 50 ms; with a terminal cost (\S+)", said
+    )
+    assert endless < 0.9 < 0.99 < short
+
+
+@pytest.mark.lab
+def test_lab_06_walks_where_the_estimate_leaps_and_makes_references_within_limits(answered):
+    said = printed(answered["mpc"][0])
+    speed, lean = numbers(r"yours                     : fastest (\S+) m/s, tilt up to (\d+)°", said)
+    assert speed < 2.1
+    assert lean <= 15
+    (leap,) = numbers(r"stand-in, without a plan  : fastest \S+ m/s, tilt up to (\d+)°", said)
+    assert leap > 40
+    v, a = numbers(r"yours    : v up to (\S+) m/s, a (\S+) m/s²", said)
+    assert max(v, a) < 1.02
+
+
+@pytest.mark.lab
+def test_lab_07_flies_each_misprint_beside_what_is_right(answered):
+    said = printed(answered["geometric"][0])
+    mine, paper = numbers(r"yours is off by (\S+) rad/s; as printed by (\S+) rad/s", said)
+    assert mine < 1e-6
+    assert paper > 100
+    assert re.search(r"\(26\) as printed\s+: lost", said)
+    (found,) = numbers(r"yours           : after 30 s height\s+\S+ m, mass (\S+) kg", said)
+    assert found == pytest.approx(3.5, abs=0.02)
+    (lost,) = numbers(r"\(37\) as printed : after \d+ s height\s+(\S+) m", said)
+    assert lost < -15
+
+
+@pytest.mark.lab
+def test_lab_07_shows_that_the_jerk_pays_once_drag_is_gone(answered):
+    said = printed(answered["geometric"][0])
+    (known,) = numbers(r"yours, no drag            : (\S+) m;", said)
+    (unknown,) = numbers(r"without the jerk, no drag : (\S+) m;", said)
+    assert unknown > 2 * known
+    (payload,) = numbers(
+        r"yours             : off by\s+\S+ cm along the wind,\s+(\S+) cm in height", said
+    )
+    assert abs(payload) < 1.0
 
 
 # Without ----------------------------------------------------------------------------------------------

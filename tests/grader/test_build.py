@@ -205,6 +205,18 @@ def test_a_name_that_the_lab_does_not_import_is_refused(tmp_path):
         instructor_notebook(lab)
 
 
+def test_a_name_that_means_something_else_in_the_lab_is_refused(tmp_path):
+    other = SOLUTIONS.replace(
+        "from uavlab.so3 import about_z, hat",
+        "from uavlab.so3 import hat\nfrom numpy import sin as about_z",
+    )
+    assert other != SOLUTIONS
+    with pytest.raises(
+        BadFile, match=r"means numpy\.sin by about_z, and the lab uavlab\.so3\.about_z"
+    ):
+        instructor_notebook(labs.write(tmp_path, solutions=other))
+
+
 def split_answers(tmp_path, **files):
     """A lab whose helper of with_heading lies in a file of its own, beside others."""
     helper = "def _turned(R, angle):\n    return about_z(angle) @ R\n"

@@ -38,6 +38,11 @@ def test_cells_that_show_answers_draw_or_fly_are_not_run():
     assert _run(*shows, ANSWER, CHECK) == [ANSWER["source"], "f"]
 
 
+def test_a_word_that_is_an_answer_s_name_calls_no_answer_in_an_attribute_or_a_string():
+    tools = _cell("def helper(x):\n    'Not f.'\n    return Solver(x).f(x)")
+    assert _run(tools, ANSWER, CHECK) == [tools["source"], ANSWER["source"], "f"]
+
+
 def test_every_cell_of_the_student_s_own_is_run():
     assert _run(_cell("unused = f(1)", "own-1"), ANSWER) == ["unused = f(1)", ANSWER["source"]]
 

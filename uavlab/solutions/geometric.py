@@ -9,7 +9,7 @@ correct one, the line says so. Errors are measured minus wanted here, as in MRS;
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp, hypot, tan
+from math import hypot, tan
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -220,7 +220,7 @@ def _rest(memory: Flown, command: Command, dt: float) -> Command | None:
         return _sum(memory.last, command, -1.0)
     if memory.rest is None:
         return None
-    rest = _sum(memory.rest, memory.rest, exp(-dt / FADE) - 1.0)
+    rest = _sum(memory.rest, memory.rest, float(np.exp(-dt / FADE)) - 1.0)
     return rest if max(abs(rest.f_d), *np.abs(rest.omega_d), *np.abs(rest.a_d)) > 1e-9 else None
 
 
