@@ -10,6 +10,7 @@ from uavlab import scenarios
 from uavlab.commands import fly as fly_command
 from uavlab.errors import BadFile, BadInput
 from uavlab.flight.fly import fly
+from uavlab.flight.scenario import Swap
 from uavlab.scenarios.files import DATA, load_file
 from uavlab.sensors import INSTRUMENTS, Jump, Outage, Outliers
 
@@ -79,6 +80,47 @@ def test_worlds_and_disturbances_can_be_written(tmp_path):
     carried = load_file(written(tmp_path, text)).sensors
     assert carried["slam"].world.heading == 0.5
     assert carried["magnetometer"].disturbances[0].end == 4.0
+
+
+SWAP = '[[swap]]\nt = 0.2\nslot = "controller"\nname = "TiltAxis"\n'
+
+
+def test_swaps_can_be_written_and_the_command_finds_the_parts(tmp_path):
+    path = written(
+        tmp_path, LEAST + SWAP.replace("TiltAxis", "MpcController") + SWAP.replace("0.2", "0.4")
+    )
+    asked = argparse.Namespace(
+        scenario=str(path), seed=0, airframe=None, duration=0.5, wind=None,
+        controller=None, tracker=None, gains=None,
+    )  # fmt: skip
+    scenario = fly_command.asked(asked)
+    assert scenario.swaps == (
+        Swap(0.2, "controller", "MpcController"),
+        Swap(0.4, "controller", "TiltAxis"),
+    )
+    log = fly(scenario, fly_command.named(asked, scenario))
+    assert [x[2:] for x in log.meta["swaps"]] == [
+        ["TiltAxis", "first"], ["MpcController", "taken over"], ["TiltAxis", "taken over"],
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("t = 0.2", "t = -1"), r"swap\[0\].t is -1.0 s; it must be ≥ 0"),
+        (("t = 0.2", 't = "soon"'), r"swap\[0\].t is 'soon'; it must be a finite number"),
+        (("t = 0.2\n", ""), r"swap\[0\].t is missing; add it"),
+        (('"controller"', '"controler"'), r"no swap\[0\].slot named 'controler'.*'controller'"),
+        (("name =", "nam ="), r"key of swap\[0\] named 'nam'. Did you mean 'name'"),
+        (('"TiltAxis"', "3"), r"swap\[0\].name is 3; write a text in quotes"),
+        (("[[swap]]", "[swap]"), r"swap is {.*; it must be tables \[\[swap\]\]"),
+    ],
+)
+def test_a_swap_that_cannot_be_is_refused_by_file_and_key(tmp_path, change, said):
+    assert change[0] in SWAP
+    with pytest.raises(BadInput, match=said) as refused:
+        load_file(written(tmp_path, LEAST + SWAP.replace(*change)))
+    assert str(refused.value).startswith("mine.toml: ")
 
 
 @pytest.mark.parametrize(

@@ -85,8 +85,12 @@ def asked(args: argparse.Namespace) -> Any:
 
 
 def named(args: argparse.Namespace, scenario: Any) -> Any:
-    """What the scenario flies, with the parts that the arguments name in their slots; None if they name nothing."""
+    """What the scenario flies, with the parts that the arguments name in their slots; None if they name nothing.
+
+    Parts that the scenario swaps in later share a slot with those that fly first.
+    """
     from uavlab.flight.fill import ASKED, exchanged, fill, stack
+    from uavlab.flight.slot import with_slots
     from uavlab.gains import gains_for
     from uavlab.plant import load_airframe
 
@@ -107,6 +111,8 @@ def named(args: argparse.Namespace, scenario: Any) -> Any:
             told["gains"] = gains_for(airframe.name, args.gains)
         mind = mind or (scenario.mind or stack)(scenario.airframe)
         mind = exchanged(mind, slot, fill(name, **told))
+    if scenario.swaps:
+        mind = with_slots(scenario, mind or (scenario.mind or stack)(scenario.airframe))
     return mind
 
 

@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from uavlab.errors import BadInput, UnknownName
-from uavlab.flight.fill import Filled, author
+from uavlab.flight.fill import Filled, author, fill
 from uavlab.flight.scenario import SWAPPED, Scenario, Swap
 from uavlab.frames import Shift, moved
 from uavlab.interfaces import Memory, Stack
 from uavlab.parts.trackers import carried
+from uavlab.plant import load_airframe
 from uavlab.types import Command, Estimate, Reference, Trajectory
 
 GIVES: Mapping[str, type] = {"tracker": Reference, "controller": Command}
@@ -251,6 +252,32 @@ def swappable(scenario: Scenario, mind: Stack) -> None:
         if swap.name not in part.parts:
             unknown = UnknownName(f"part of the {swap.slot}'s slot", swap.name, part.parts)
             raise BadInput(f"{where}: {unknown}")
+
+
+def with_slots(scenario: Scenario, mind: Stack) -> Stack:
+    """The same mind with a `Slot` wherever the scenario swaps a part and there is none.
+
+    In such a slot are the part that is there, by the name of its class, and those that the swaps name, which must be
+    known to `uavlab.flight.fill.fill`.
+
+    Raises
+    ------
+    UnknownName
+        A swap names a part that nobody knows.
+    """
+    mass = float(load_airframe(scenario.airframe).m)
+    for slot in SWAPPED:
+        old: Any = getattr(mind, slot)
+        asked = [x.name for x in scenario.swaps if x.slot == slot]
+        if not asked or isinstance(old, Slot):
+            continue
+        was = type(old).__name__
+        told: Any = {"mass": mass} if slot == "controller" else {}
+        parts = {x: fill(x, **told) for x in asked if x != was}
+        made = slotted({was: old} | parts)
+        more = {k: v for k, v in made.provenance.items() if not k.startswith(f"{was}.")}
+        mind = mind._replace(**{slot: made.part}, provenance={**mind.provenance, **more})
+    return mind
 
 
 class Swapping:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from uavlab.errors import BadFile, BadInput, UavlabError, UnknownName
-from uavlab.flight.scenario import Scenario, checked, standing
+from uavlab.flight.scenario import SWAPPED, Scenario, Swap, checked, standing
 from uavlab.parts import paths
 from uavlab.parts.missions import Follow, Waypoints
 from uavlab.plant import CALM, Wind, load_airframe
@@ -28,7 +28,7 @@ from uavlab.types import Shift
 
 DATA = Path(__file__).parent / "data"
 _RATES = ("rate", "physics", "mission_rate", "reach")
-_KEYS = ("summary", "airframe", "duration", "start", "mission", "wind", "sensors", *_RATES)
+_KEYS = ("summary", "airframe", "duration", "start", "mission", "wind", "sensors", "swap", *_RATES)
 
 
 def load_file(path: str | os.PathLike[str]) -> Scenario:
@@ -89,6 +89,7 @@ def _scenario(path: Path, table: Mapping[str, Any]) -> Scenario:
         _number(table, "duration"),
         _sensors(_table(table, "sensors")),
         _wind(_table(table, "wind")),
+        swaps=_swaps(table),
     )
     rates = {key: _number(table, key) for key in _RATES if key in table}
     return checked(scenario._replace(**rates))
@@ -157,6 +158,23 @@ def _wind(table: Mapping[str, Any]) -> Wind:
     wind = CALM._replace(**given)
     wind.init(np.random.default_rng(0))  # refuses what cannot be
     return wind
+
+
+def _swaps(table: Mapping[str, Any]) -> tuple[Swap, ...]:
+    """Who takes over, and when; the parts themselves are the mind's."""
+    swaps, given = [], table.get("swap", [])
+    if not (isinstance(given, list) and all(isinstance(x, Mapping) for x in given)):
+        _refuse("swap", given, "tables [[swap]] with t, slot and name")
+    for k, swap in enumerate(given):
+        where = f"swap[{k}]"
+        _known(where, swap, Swap._fields)
+        t, slot = _number(swap, f"{where}.t"), _text(swap, f"{where}.slot")
+        if t < 0.0:
+            raise BadInput(f"{where}.t is {t} s; it must be ≥ 0.")
+        if slot not in SWAPPED:
+            raise UnknownName(f"{where}.slot", slot, SWAPPED)
+        swaps.append(Swap(t, slot, _text(swap, f"{where}.name")))
+    return tuple(swaps)
 
 
 def _sensors(table: Mapping[str, Any]) -> dict[str, Any]:
