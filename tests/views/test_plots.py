@@ -55,6 +55,17 @@ def test_what_was_not_recorded_is_said_and_not_drawn(draw):
         assert len(empty) == 6
 
 
+def test_a_swap_is_a_line_in_every_panel_and_named_in_one():
+    told = [[0.0, "controller", "soft", "first"], [0.1, "controller", "tight", "taken over"],
+            [0.2, "controller", "mine", "refused: mine: its f_d is nan"]]  # fmt: skip
+    log = circle_log(1.0)
+    before, after = plot_flight(log), plot_flight(log._replace(meta={**log.meta, "swaps": told}))
+    for old, new in zip(before.axes, after.axes, strict=True):
+        assert len(new.lines) == len(old.lines) + 2
+    said = [x.get_text() for x in panel(after, "tilt").texts]
+    assert said == ["tight", "mine refused"]
+
+
 def test_the_plotted_position_error_is_the_distance_to_the_reference():
     log = circle_log(1.0)
     norm = next(

@@ -12,6 +12,7 @@ import numpy as np
 from uavlab.errors import BadInput
 from uavlab.flight.log import Log
 from uavlab.flight.metrics import heading_error, headings, position_error, tilt
+from uavlab.flight.slot import FIRST, TAKEN
 from uavlab.flight.worlds import told
 from uavlab.types import GRAVITY, Array
 from uavlab.views import style
@@ -44,6 +45,8 @@ def plot_flight(log: Log) -> Figure:
         for panel, at in zip(panels, axes.flat, strict=True):
             panel(at, flight)
             _mark_end(at, log)
+            _mark_swaps(at, log)
+        _name_swaps(axes[2, 0], log)  # the tilt: it has no legend
         for at in axes[-1]:
             at.set_xlabel("time [s]")
         style.stamp(figure, style.small_print(log))
@@ -227,6 +230,28 @@ def _mark_end(at: Axes, log: Log, color: str = style.GHOST) -> None:
     """A line where a flight ended before its time."""
     if log.exit.name != "DONE" and len(log.t):
         at.axvline(log.t[-1], color=color, lw=1, ls=":")
+
+
+def _swaps(log: Log) -> list[tuple[float, str, bool]]:
+    """When parts took over in flight, who, and whether they were let."""
+    told = log.meta.get("swaps", [])
+    return [(t, name, out == TAKEN) for t, _, name, out in told if out != FIRST]
+
+
+def _mark_swaps(at: Axes, log: Log) -> None:
+    """A line where another part took over; dotted where it was refused."""
+    for t, _, taken in _swaps(log):
+        at.axvline(t, color="#444444", lw=1, ls="--" if taken else ":")
+
+
+def _name_swaps(at: Axes, log: Log) -> None:
+    """Who took over, along the lines of one panel."""
+    for t, name, taken in _swaps(log):
+        said = name if taken else f"{name} refused"
+        at.annotate(
+            said, (t, 0.04), xycoords=("data", "axes fraction"), xytext=(2, 0), fontsize=7,
+            textcoords="offset points", rotation=90, va="bottom", color="#555555",
+        )  # fmt: skip
 
 
 def _ends(at: Axes, log: Log, i: int, j: int) -> None:
