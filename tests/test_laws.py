@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from uavlab.flight.fill import fill
+from uavlab.flight.slot import Slot
 from uavlab.frames import Shift, compose, inverse, moved
 from uavlab.gains import gain_group
 from uavlab.limits import limit_group
@@ -53,11 +54,13 @@ TRACKERS = [
     CommandFilter(), MpcTracker(limit_group("medium")), LandOff(2.0), LandOff(), LineTracker(),
     SpeedTracker(limit_group("medium")),
     SpeedTracker(limit_group("fast"), keeps_height=True, keeps_heading=False),
+    Slot({"filter": CommandFilter(), "mpc": MpcTracker(limit_group("medium"))}),
 ]  # fmt: skip
 CONTROLLERS = [
     TiltAxis(MASS), HEADING.part, fill(AdaptiveController, mass=MASS).part,
     GeometricController(MASS), GeometricController(MASS, gain_group("T650-sim-2020", "tight")),
     MpcController(MASS), Failsafe(MASS, ThrustCurve(0.16, -0.176)),
+    Slot({"heading": HEADING.part, "tilt": TiltAxis(MASS)}),
 ]  # fmt: skip
 MISSIONS = [
     Waypoints(((0.0, (0.0, 0.0, 2.0), 0.3), (0.5, (1.0, 2.0, 3.0), -1.0))),
