@@ -50,8 +50,9 @@ spell: setup
 labs: setup  ## build the instructor's and the students' notebooks into build/course
 	$(BIN)/python -m grader.build
 
-lab: setup labs  ## open JupyterLab on the student's lab 01
-	$(BIN)/python -m grader.build --open dynamics
+LAB ?= dynamics
+lab: setup labs  ## open JupyterLab on a student's lab: make lab LAB=mpc
+	$(BIN)/python -m grader.build --open $(LAB)
 
 book: setup  ## build the book into build/book
 	$(BIN)/python -m grader.build --book

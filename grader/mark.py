@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from grader import cache
-from grader.graft import METADATA, Cell, Notebook
+from grader.graft import METADATA, Cell, Notebook, text
 from grader.judge import Verdict, judge
 from grader.remote import Remote, Step
 from grader.sandbox import Limits
-from grader.steps import CHECK, exercise_name, is_check, is_students, steps_of
+from grader.steps import CHECK, exercise_name, is_check, is_students, names_used, steps_of
 from uavlab.errors import BadInput
 from uavlab.exercises.spec import Exercise, find
 
@@ -122,9 +122,13 @@ def _judge_all(
             if is_students(cells[place])
         }
         checks = {}
+        short: set[str] = set()  # exercises so far that are not right
         for grade_id, exercise in wanted.items():
             answer = remote.answer(exercise.name, exercise.methods)
             verdict = judge(exercise, answer, options.seed)
+            if verdict.hint:
+                short.add(exercise.name)
+                verdict = _blamed(verdict, cells, short)
             why = stopped.get(f"answer-{exercise.name}", "")
             trouble = list(dict.fromkeys(map(str, answer.faults)))
             if why and not verdict.score:  # a mistake of syntax, say: no check has seen an answer
@@ -137,6 +141,16 @@ def _judge_all(
             )
             checks[grade_id] = {"score": verdict.score, "text": said, "trouble": trouble}
     return Marks(checks, stopped, cpu=remote.cpu)
+
+
+def _blamed(verdict: Verdict, cells: Sequence[Cell], short: set[str]) -> Verdict:
+    """The verdict, whose hint names another exercise first if the answer calls one that is not right itself."""
+    source = next((text(c) for c in cells if c.get("id") == f"answer-{verdict.exercise}"), "")
+    calls = sorted(names_used(source) & short - {verdict.exercise})
+    if not calls or not verdict.finished:
+        return verdict
+    said = f"This answer calls {', '.join(calls)}, which is not right yet: mend that first."
+    return verdict._replace(hint=said)
 
 
 # What is read ---------------------------------------------------------------------------------------

@@ -50,7 +50,7 @@ def steps_of(notebook: Notebook) -> list[Step]:
         elif cell["cell_type"] == "code":
             source = translate(text(cell))
             words = set(_WORD.findall(source))
-            if is_students(cell) or _is_needed(cell, source, needed, _used(source) & answers):
+            if is_students(cell) or _is_needed(cell, source, needed, names_used(source) & answers):
                 steps.append(Step(place, source=source))
                 needed |= words
     steps.reverse()
@@ -67,7 +67,7 @@ def _is_needed(cell: Cell, source: str, needed: set[str], calls: set[str]) -> bo
     return "*" in made or bool(made & needed)
 
 
-def _used(source: str) -> set[str]:
+def names_used(source: str) -> set[str]:
     """The names that a cell uses, not counting attributes and strings; of one that is not plain Python, all words."""
     try:
         nodes = ast.walk(ast.parse(source))

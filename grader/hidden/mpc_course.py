@@ -96,10 +96,10 @@ def along_a_trajectory(f: Function, rng: np.random.Generator) -> None:
     t = dt * np.arange(140)
     where = np.column_stack([np.interp(t, way.t, way.r[:, i]) for i in range(3)])
     off = np.linalg.norm(x.r - where, axis=1)
-    expect(off[t > 1.5].max() < 0.3, "It is late, or early, or elsewhere.")
+    expect(off[t > 2.0].max() < 0.3, "It is late, or early, or elsewhere.")
     expect(off[-1] < 0.1, "It does not stay at the end.")
     nose = np.abs(x.heading - np.interp(t, way.t, way.heading))
-    expect(nose[t > 1.5].max() < 0.2, "Its nose is elsewhere.")
+    expect(nose[t > 2.0].max() < 0.2, "Its nose is elsewhere.")
 
 
 @hidden(MpcTracker)

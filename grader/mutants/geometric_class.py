@@ -203,5 +203,5 @@ jumps = known_mistake(
 never_lets_go = known_mistake(
     "never_lets_go",
     "What differs from the last command never fades: it must be gone after some half seconds.",
-    "exp(-dt / FADE) - 1.0", "0.0",
+    "float(np.exp(-dt / FADE)) - 1.0", "0.0",
 )  # fmt: skip

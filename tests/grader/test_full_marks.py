@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import pytest
 
 from grader import mark
@@ -41,3 +43,19 @@ def test_the_right_answers_of_a_lab_get_all_points_in_the_box(notebooks, stem):
              if marks.checks[f"check-{x.name}"]["score"] != x.points}  # fmt: skip
     assert short == {}
     assert marks.faults == {}
+
+
+@pytest.mark.lab
+@pytest.mark.slow
+@pytest.mark.usefixtures("isolation")
+def test_an_answer_that_calls_a_wrong_one_is_told_to_mend_that_first(notebooks):
+    book = copy.deepcopy(notebooks["heading"])
+    (cell,) = [c for c in book["cells"] if c.get("id") == "answer-heading_rate"]
+    cell["source"] += (
+        "\n\nright = heading_rate\ndef heading_rate(R, omega):\n    return -right(R, omega)\n"
+    )
+    checks = mark.mark(book, mark.Options()).checks
+    assert (
+        "calls heading_rate, which is not right yet" in checks["check-parasitic_yaw_rate"]["text"]
+    )
+    assert "calls" not in checks["check-heading_rate"]["text"]

@@ -98,9 +98,10 @@ def build_force_qp(
     diagonal weights. A `QP` minimises ½ zᵀ P z + qᵀ z; what does not depend on z does not matter.
 
     *Rows*, in any order and scale. Inputs, hard: |u_i| ≤ a. Velocities, soft: |v_i| ≤ v, `price` for each
-    m/s beyond (v_1 is decided already: hard, there might be no solution). Slew, hard: |u_i − u_{i−1}| ≤ j dt
-    from i = 2 on; and, missing in (50) and (51), |u_1 − last_input| ≤ j period, since the next plan comes
-    after a period of the controller. Take a last input beyond ±a as ±a. A limit of inf makes no rows.
+    m/s beyond (v_1, too, which nothing can change any more: were it hard, there might be no solution).
+    Slew, hard: |u_i − u_{i−1}| ≤ j dt from i = 2 on; and, missing in (50) and (51), |u_1 − last_input| ≤
+    j period, since the next plan comes after a period of the controller. Take a last input beyond ±a as
+    ±a. A limit of inf makes no rows.
 
     Parameters
     ----------
@@ -158,7 +159,7 @@ def build_soft_qp(
     ...
 
 
-@exercise(points=4, reads="Landing eq. (25), (26), Sec. 6.2")
+@exercise(points=2, reads="Landing eq. (25), (26), Sec. 6.2")
 def solve(qp: QP, warm: Plan | None = None) -> Plan:
     """The solution of a QP, by OSQP; that there is none is an answer, not an error.
 

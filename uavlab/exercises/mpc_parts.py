@@ -26,15 +26,17 @@ class MpcController:
     *Force.* (39): m_e (a of the reference + c_d + g e_3) − d_w − H d_b, leaning no more than ``tilt_max``
     (`uavlab.parts.controllers.limited_tilt`).
 
-    *Disturbances.* First of all each step adds, with e_p = r − r_d: k_iw e_p dt to d_w (world) and k_ib Hᵀ e_p dt
-    to d_b (heading frame; H turns it when it is used), horizontally, within ±d_max on each axis; and
-    −k_m e_z dt to m_e (against the sign of (37)), within m_max of `mass`. d_w and d_b rest above 0.3 m/s.
+    *Disturbances.* First of all each step (but one that takes over) adds, with e_p = r − r_d: k_iw e_p dt to
+    d_w (world) and k_ib Hᵀ e_p dt to d_b (heading frame; H turns it when it is used), horizontally, within
+    ±d_max on each axis; and −k_m e_z dt to m_e (against the sign of (37)), within m_max of `mass`. d_w and d_b
+    rest above 0.3 m/s.
 
     *Attitude.* R_d of (18)-(20) from force and heading wanted, and the rate −k_R ∘ e_R (24), plus the yaw
     rate for the heading rate of the reference (31), within ±rate_max. f_d is the force along the measured
     b_3, and a_d = (f_d b_3 + d_w + H d_b)/m_e − g e_3, which is (53), corrected.
 
-    *Hand-over.* The first step repeats the command given to `init`; what differs then fades with 0.5 s:
+    *Hand-over.* The first step after an `init` with a command repeats it. It learns nothing, and its period
+    is 0, so that the inputs stay as they were. What differs fades with 0.5 s afterwards:
     `uavlab.parts.controllers.fading`. `uavlab.frames.moved` turns a command.
 
     *Failure.* An axis without a solution, or with numbers that are not finite, flies on with its last
