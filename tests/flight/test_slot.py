@@ -56,7 +56,7 @@ class Bad:
 
 
 def stepped(slot, memory, *inputs, n=1):
-    out = None
+    out: Any = None
     for _ in range(n):
         memory, out = slot.step(memory, *inputs, DT)
     return memory, out

@@ -31,6 +31,9 @@ MODULES: tuple[str, ...] = (
     "spica_flight",
     "misprints",
     "noise_and_jump",
+    "landing_detection",
+    "failsafe_fall",
+    "swaps",
 )
 
 LEAST_SEEDS = 20  # a number of chance is a mean over at least so many flights
