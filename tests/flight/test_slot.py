@@ -243,8 +243,18 @@ def test_a_plain_mind_gets_a_slot_for_the_parts_that_a_scenario_names():
     assert list(made.controller.parts) == ["TiltAxis", "MpcController"]
     assert made.provenance["MpcController.MpcController"] == REFERENCE
     assert isinstance(made.tracker, CommandFilter)
-    with pytest.raises(UnknownName, match="Did you mean 'MpcController'"):
-        with_slots(flight(Swap(0.1, "controller", "MpcControler")), uavlab.stack("F450"))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("MpcControler", "'hover', swaps of the controller: .*Did you mean 'MpcController'"),
+        ("MpcTracker", "'hover', swaps of the controller: MpcTracker is a tracker"),
+    ],
+)
+def test_a_part_that_nobody_knows_or_of_another_slot_is_refused_for_a_plain_mind(name, said):
+    with pytest.raises(BadInput, match=said):
+        with_slots(flight(Swap(0.1, "controller", name)), uavlab.stack("F450"))
 
 
 @pytest.mark.flight

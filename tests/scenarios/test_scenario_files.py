@@ -85,7 +85,7 @@ def test_worlds_and_disturbances_can_be_written(tmp_path):
 SWAP = '[[swap]]\nt = 0.2\nslot = "controller"\nname = "TiltAxis"\n'
 
 
-def test_swaps_can_be_written_and_the_command_finds_the_parts(tmp_path):
+def test_swaps_can_be_written_and_the_command_finds_the_parts_and_says_who_flew(tmp_path, capsys):
     path = written(
         tmp_path, LEAST + SWAP.replace("TiltAxis", "MpcController") + SWAP.replace("0.2", "0.4")
     )
@@ -102,6 +102,8 @@ def test_swaps_can_be_written_and_the_command_finds_the_parts(tmp_path):
     assert [x[2:] for x in log.meta["swaps"]] == [
         ["TiltAxis", "first"], ["MpcController", "taken over"], ["TiltAxis", "taken over"],
     ]  # fmt: skip
+    fly_command._print(log)
+    assert "0.20 s: controller MpcController: taken over" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

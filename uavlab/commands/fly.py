@@ -143,12 +143,14 @@ def _print(log: Any) -> None:
     print_rows([(name, f"{value:10.3f}") for name, value in summary(log).items()])
     print(f"flown by {provenance(log)}")
     for name in log.meta["provenance"]:
-        part, _, missing = name.partition(" without ")
+        part, _, missing = name.rpartition(".")[2].partition(" without ")  # of a slot: "name.part"
         if missing or (part in ASKED and log.meta["provenance"][name] == STAND_IN):
             print(
                 f"{part} was flown by its stand-in: {missing or 'it was'} not found. Install the answers "
                 "with `pip install uavlab-solutions`, or fly your own from a notebook."
             )
+    for t, slot, name, outcome in log.meta.get("swaps", []):
+        print(f"  {t:6.2f} s: {slot} {name}: {outcome}")
     for start, end, who in flown_by(log) if log.worlds.names else []:
         print(f"  {start:6.2f} to {end:6.2f} s on {who or 'what it was given at the start'}")
 

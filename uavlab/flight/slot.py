@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from uavlab.errors import BadInput, UnknownName
-from uavlab.flight.fill import Filled, author, fill
+from uavlab.flight.fill import ASKED, Filled, author, fill
 from uavlab.flight.scenario import SWAPPED, Scenario, Swap
 from uavlab.frames import Shift, moved
 from uavlab.interfaces import Memory, Stack
@@ -262,8 +262,8 @@ def with_slots(scenario: Scenario, mind: Stack) -> Stack:
 
     Raises
     ------
-    UnknownName
-        A swap names a part that nobody knows.
+    BadInput
+        A swap names a part that nobody knows, or one of another slot.
     """
     mass = float(load_airframe(scenario.airframe).m)
     for slot in SWAPPED:
@@ -273,8 +273,13 @@ def with_slots(scenario: Scenario, mind: Stack) -> Stack:
             continue
         was = type(old).__name__
         told: Any = {"mass": mass} if slot == "controller" else {}
-        parts = {x: fill(x, **told) for x in asked if x != was}
-        made = slotted({was: old} | parts)
+        try:
+            for x in asked:
+                if x in ASKED and ASKED[x].slot != slot:
+                    raise BadInput(f"{x} is a {ASKED[x].slot}.")
+            made = slotted({was: old} | {x: fill(x, **told) for x in asked if x != was})
+        except (UnknownName, BadInput) as error:
+            raise BadInput(f"scenario {scenario.name!r}, swaps of the {slot}: {error}") from None
         more = {k: v for k, v in made.provenance.items() if not k.startswith(f"{was}.")}
         mind = mind._replace(**{slot: made.part}, provenance={**mind.provenance, **more})
     return mind
