@@ -7,10 +7,12 @@ import pytest
 
 from uavlab.errors import BadInput
 from uavlab.experiments.control_flights import flown, law
-from uavlab.flight.scenario import Scenario, standing
+from uavlab.flight.scenario import Scenario, Swap, standing
+from uavlab.flight.slot import Slot
 from uavlab.frames import Shift, moved
 from uavlab.gains import gains_for
 from uavlab.parts.landoff import EMERGENCY, LandOff
+from uavlab.parts.line import LineTracker
 from uavlab.parts.missions import Waypoints, still
 from uavlab.parts.pace import Pace
 from uavlab.parts.throttle import ThrustCurve
@@ -170,6 +172,20 @@ def test_a_climb_goes_on_in_another_world_to_the_same_place():
     here, _ = stepped(part, memory, None, 9.0)
     there, _ = stepped(part, part.reframe(memory, shift), None, 9.0)
     np.testing.assert_allclose(there.now.r, moved(here.now, shift).r, atol=1e-9)
+
+
+@pytest.mark.flight
+def test_one_aircraft_goes_up_along_a_line_and_down_with_a_tracker_for_each():
+    slot = Slot({"up": LandOff(1.0), "line": LineTracker(), "down": LandOff()})
+    swaps = (Swap(4.0, "tracker", "line"), Swap(9.0, "tracker", "down"))
+    goal = Waypoints(((0.0, (2.0, 1.0, 1.5), 0.5),))
+    start = standing((0.0, 0.0, 0.0))
+    scenario = Scenario("day", "", "T650", goal, start, 16.0, {}, swaps=swaps)
+    log = flown(scenario, law(T650.m, gains_for("T650", "soft")), tracker=slot)
+    assert [told[3] for told in log.meta["swaps"]] == ["first", "taken over", "taken over"]
+    np.testing.assert_allclose(log.r[890], (2.0, 1.0, 1.5), atol=0.15)
+    np.testing.assert_allclose(log.r[-1], (2.0, 1.0, 0.0), atol=0.15)
+    assert np.linalg.norm(log.r - log.r_d, axis=1)[:900].max() < 0.3
 
 
 # Touch-down -------------------------------------------------------------------------------------------
