@@ -14,6 +14,7 @@ from uavlab.flight import fill as door
 from uavlab.flight.fill import Filled, fill, stack, unfinished
 from uavlab.parts.controllers import HeadingController, TiltAxis
 from uavlab.parts.trackers import CommandFilter
+from uavlab.types import Exit
 
 
 def attitude_with_heading(f_d, heading_d):
@@ -203,3 +204,12 @@ def test_a_part_without_limits_of_its_own_gets_those_of_a_usual_group():
     part, provenance = fill("MpcTracker", {"MpcTracker": MpcTracker})
     assert part.limits == limits.limit_group("medium")
     assert provenance == {"MpcTracker": "mine"}
+
+
+@pytest.mark.flight
+@pytest.mark.parametrize("airframe", ["F450", "T650"])
+def test_the_force_mpc_takes_off_and_lands_on_a_light_aircraft_and_on_a_heavy_one(airframe):
+    scenario = uavlab.scenarios.load("takeoff")._replace(airframe=airframe)
+    log = uavlab.fly(scenario, uavlab.stack(airframe, "MpcController", "MpcTracker"))
+    assert log.exit is Exit.DONE, log.reason
+    assert abs(log.r[500, 2] - log.r_d[500, 2]) < 0.3

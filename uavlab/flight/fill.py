@@ -14,6 +14,7 @@ from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
 
 from uavlab.errors import BadInput, UnknownName
+from uavlab.gains import MpcGains, mpc_gains_for
 from uavlab.interfaces import Stack
 from uavlab.parts.controllers import TiltAxis
 from uavlab.parts.estimators import AlphaBetaGamma
@@ -168,13 +169,15 @@ def _whole(
 
 
 def _made(Part: Callable[..., Any], parameters: Mapping[str, Any]) -> Any:
-    """The part with these parameters; one that was not told its limits gets those of a usual group."""
+    """The part with these parameters; limits and gains that it was not told are usual ones, for its mass."""
     has = inspect.signature(Part).parameters
     told = dict(parameters)
     if "limits" in has and has["limits"].default is inspect.Parameter.empty:
         from uavlab.limits import limit_group
 
         told.setdefault("limits", limit_group(LIMITS))
+    if "mass" in told and "gains" in has and isinstance(has["gains"].default, MpcGains):
+        told.setdefault("gains", mpc_gains_for(told["mass"]))
     try:
         inspect.signature(Part).bind(**told)
     except TypeError as error:
