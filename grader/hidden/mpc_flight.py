@@ -70,8 +70,9 @@ def _force(u: Command, heading: float) -> Any:
 @hidden(MpcController)
 def turns_what_turns_with_it(f: Function, rng: np.random.Generator) -> None:
     """After a turn, what stays in the world must be as before, and what turns with the nose must have turned."""
-    mass, e, n = float(rng.uniform(2.0, 4.0)), 0.3 * draw.direction(rng), 15
-    e[2], eta, turn = 0.0, draw.angle(rng), float(rng.uniform(1.0, 2.5))
+    mass, way, n = float(rng.uniform(2.0, 4.0)), draw.angle(rng), 15
+    e = 0.3 * np.array((np.cos(way), np.sin(way), 0.0))
+    eta, turn = draw.angle(rng), float(rng.uniform(1.0, 2.5))
     for gains, by in ((QUIET._replace(k_iw=4.0), 0.0), (QUIET._replace(k_ib=4.0), turn)):
         part = f(mass, gains=gains)
         memory, u = held(part, at_rest(e, eta), stand(STILL, eta), n)
