@@ -95,6 +95,22 @@ def limit_group(name: str) -> Limits:
     return GROUPS[name]
 
 
+def half_of(force: ForceLimits, limits: Limits) -> Limits:
+    """`limits`, with speeds and accelerations of no more than half of what the force MPC may do (MRS Sec. 5.7.2).
+
+    So the plan of the controller has something left with which it catches up.
+    """
+
+    def cut(axis: AxisLimits, most: AxisLimits) -> AxisLimits:
+        return axis._replace(v=min(axis.v, most.v / 2.0), a=min(axis.a, most.a / 2.0))
+
+    return limits._replace(
+        horizontal=cut(limits.horizontal, force.horizontal),
+        up=cut(limits.up, force.vertical),
+        down=cut(limits.down, force.vertical),
+    )
+
+
 def checked(limits: Limits) -> Limits:
     """`limits`, if an aircraft can move within them.
 

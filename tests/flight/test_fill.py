@@ -12,6 +12,7 @@ from uavlab.errors import BadInput, UnknownName
 from uavlab.exercises import all_exercises, find
 from uavlab.flight import fill as door
 from uavlab.flight.fill import Filled, fill, stack, unfinished
+from uavlab.limits import limit_group
 from uavlab.parts.controllers import HeadingController, TiltAxis
 from uavlab.parts.trackers import CommandFilter
 from uavlab.types import Exit
@@ -213,3 +214,15 @@ def test_the_force_mpc_takes_off_and_lands_on_a_light_aircraft_and_on_a_heavy_on
     log = uavlab.fly(scenario, uavlab.stack(airframe, "MpcController", "MpcTracker"))
     assert log.exit is Exit.DONE, log.reason
     assert abs(log.r[500, 2] - log.r_d[500, 2]) < 0.3
+
+
+def test_a_tracker_by_name_keeps_to_half_of_what_an_mpc_controller_may_do():
+    behind_mpc = stack("T650", "MpcController", "MpcTracker").tracker.limits
+    assert behind_mpc.horizontal[:2] == (1.0, 1.0)
+    assert behind_mpc.up[:2] == behind_mpc.down[:2] == (1.0, 1.0)
+    assert behind_mpc.horizontal.j == limit_group("medium").horizontal.j
+    assert stack("T650", "GeometricController", "MpcTracker").tracker.limits == limit_group(
+        "medium"
+    )
+    told = fill("MpcTracker", limits=limit_group("fast"))
+    assert stack("T650", "MpcController", told).tracker.limits == limit_group("fast")

@@ -89,31 +89,37 @@ def named(args: argparse.Namespace, scenario: Any) -> Any:
 
     Parts that the scenario swaps in later share a slot with those that fly first.
     """
-    from uavlab.flight.fill import ASKED, exchanged, fill, stack
+    from uavlab.flight.fill import ASKED, exchanged, fill, slowed, stack
     from uavlab.flight.slot import with_slots
-    from uavlab.gains import gains_for
     from uavlab.plant import load_airframe
 
     if args.gains is not None and args.controller != "GeometricController":
         raise BadInput("--gains needs --controller GeometricController: no other has such groups.")
     airframe, mind = load_airframe(scenario.airframe), None
     for slot in ("controller", "tracker"):
-        name, told = getattr(args, slot), {}
+        name = getattr(args, slot)
         if name is None:
             continue
         if name in ASKED and ASKED[name].slot != slot:
             raise BadInput(
                 f"{name} is a {ASKED[name].slot}; give it as --{ASKED[name].slot} {name}."
             )
-        if slot == "controller":
-            told["mass"] = float(airframe.m)
-        if slot == "controller" and args.gains is not None:
-            told["gains"] = gains_for(airframe.name, args.gains)
         mind = mind or (scenario.mind or stack)(scenario.airframe)
+        told = _controlled(args.gains, airframe) if slot == "controller" else {}
         mind = exchanged(mind, slot, fill(name, **told))
+    if args.tracker == "MpcTracker":
+        mind = slowed(mind)
     if scenario.swaps:
         mind = with_slots(scenario, mind or (scenario.mind or stack)(scenario.airframe))
     return mind
+
+
+def _controlled(group: str | None, airframe: Any) -> dict[str, Any]:
+    """What a controller is told of its aircraft."""
+    from uavlab.gains import gains_for
+
+    told: dict[str, Any] = {"mass": float(airframe.m)}
+    return told if group is None else told | {"gains": gains_for(airframe.name, group)}
 
 
 def _flown(scenario: Any, mind: Any, seed: int) -> Any:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from typing import Any, NamedTuple
 
 from uavlab.errors import BadInput, UnknownName
@@ -215,7 +215,8 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
         Whose mass the parts are told.
     *parts : type, str, Filled or part
         At most one for each slot (``estimator``, ``tracker``, ``controller``). A class or a name, such as
-        ``"MpcTracker"``, is filled with `fill`; an object flies as it is.
+        ``"MpcTracker"``, is filled with `fill`; an object flies as it is. A tracker that comes by this name keeps
+        to half of what an MPC controller may do (MRS Sec. 5.7.2).
     mine : mapping, optional
         Where `fill` looks first, usually ``globals()``.
 
@@ -247,4 +248,17 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
         if slot not in slots:
             slots[slot] = _stand_in(slot, mass)
             provenance[type(slots[slot]).__name__] = STAND_IN
-    return Stack(**slots, provenance=provenance)
+    mind = Stack(**slots, provenance=provenance)
+    return slowed(mind) if "MpcTracker" in parts else mind
+
+
+def slowed(mind: Stack) -> Stack:
+    """The same mind, its tracker within half of what its controller may do, if both have limits (MRS Sec. 5.7.2)."""
+    from uavlab.limits import ForceLimits, Limits, half_of
+
+    theirs, ours = (getattr(x, "limits", None) for x in (mind.controller, mind.tracker))
+    if not (isinstance(theirs, ForceLimits) and isinstance(ours, Limits)):
+        return mind
+    if not is_dataclass(mind.tracker) or isinstance(mind.tracker, type):
+        return mind
+    return mind._replace(tracker=replace(mind.tracker, limits=half_of(theirs, ours)))
