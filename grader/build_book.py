@@ -7,6 +7,7 @@ second build runs what changed and no more.
 from __future__ import annotations
 
 import hashlib
+import os
 import shutil
 import subprocess
 import sys
@@ -51,7 +52,9 @@ def build_book(out: Path = ROOT / "build" / "book", *, root: Path = ROOT) -> Pat
     write_pages(stage, labs, root)
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
     doctrees = out.with_name(out.name + "-doctrees")
-    if subprocess.call([*command, "-d", str(doctrees), str(stage), str(out)]):
+    # A backend that is set would keep the labs' pictures out of their pages: the kernel must choose its own.
+    around = {k: v for k, v in os.environ.items() if k != "MPLBACKEND"}
+    if subprocess.call([*command, "-d", str(doctrees), str(stage), str(out)], env=around):
         # Else the next run finds nothing changed, says nothing, and passes.
         shutil.rmtree(doctrees, ignore_errors=True)
         raise BadFile(

@@ -9,7 +9,7 @@ from browser import colours, open_browser, screenshot, watch
 from grader import build_book
 from grader.canaries import TOKEN
 from grader.leaks import secret_lines
-from uavlab.exercises import STEMS, all_exercises
+from uavlab.exercises import STEMS, all_exercises, exercises
 
 pytestmark = pytest.mark.lab
 
@@ -97,6 +97,12 @@ def test_no_answer_rubric_or_canary_is_in_the_book(pages):
         lines = {s.strip() for s in text(page).splitlines()}
         assert {s: secrets[s] for s in lines & secrets.keys()} == {}, name
         assert "What a good answer says" not in page
+
+
+@pytest.mark.parametrize("stem", STEMS)
+def test_a_lab_s_page_shows_the_pictures_of_the_lab(pages, stem):
+    shown = re.findall(r'<img[^>]*src="[^"]*_images/', pages[f"labs/{stem}"])
+    assert len(shown) >= len(exercises(stem))
 
 
 def test_the_labs_show_their_flights_in_3d(book, page, pages):
