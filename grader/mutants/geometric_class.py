@@ -24,6 +24,13 @@ SOURCE = inspect.getsource(right)
 DT = 0.2
 
 
+def without_a_floor(f: Any, tilt_max: float) -> Any:
+    """The force with its lean limited, whether it points up or down."""
+    flat = float(np.hypot(f[0], f[1]))
+    share = min(1.0, f[2] * np.tan(tilt_max) / flat) if flat > 0.0 else 1.0
+    return np.array((share * f[0], share * f[1], f[2]))
+
+
 def wrong(*pairs: str) -> Any:
     """The reference with pieces of it replaced: old, new, old, new."""
     source = SOURCE
@@ -31,7 +38,9 @@ def wrong(*pairs: str) -> Any:
         if source.count(old) != 1:
             raise ValueError(f"{old!r} stands {source.count(old)} times in the reference")
         source = source.replace(old, new)
-    room: dict[str, Any] = {"__name__": right.__name__, "lee": attitude_by_projection}
+    room: dict[str, Any] = {
+        "__name__": right.__name__, "lee": attitude_by_projection, "without_a_floor": without_a_floor,
+    }  # fmt: skip
     exec(compile(source, "<mutant>", "exec"), room)
     return room["GeometricController"]
 
@@ -87,12 +96,12 @@ def known_mistake(name: str, hint: str, *pairs: str) -> Any:
 no_tilt_limit = known_mistake(
     "no_tilt_limit",
     "The lean of the force is not limited: far from its goal the aircraft falls. Cut the horizontal part.",
-    "min(1.0, up * tan(tilt_max) / flat)", "1.0",
+    "limited_tilt(f, k.tilt_max)", "limited_tilt(f, 1.5707)",
 )  # fmt: skip
 turned_over = known_mistake(
     "turned_over",
     "A force that points down turns the aircraft over: take one newton of vertical force at least.",
-    "max(float(f[2]), LEAST)", "float(f[2])",
+    "limited_tilt(f, k.tilt_max)", "without_a_floor(f, k.tilt_max)",
 )  # fmt: skip
 rates_without_limit = known_mistake(
     "rates_without_limit",
@@ -188,7 +197,7 @@ pushes_not_reframed = known_mistake(
 nose_reframed = known_mistake(
     "nose_reframed",
     "reframe turns d_b, too: it is told in the frame of the heading, which turns by itself.",
-    "memory._replace(d_w=d_w, last", "memory._replace(d_w=d_w, d_b=about_z(shift.heading) @ memory.d_b, last",
+    "memory._replace(d_w=d_w, hand", "memory._replace(d_w=d_w, d_b=about_z(shift.heading) @ memory.d_b, hand",
 )  # fmt: skip
 handover_not_reframed = known_mistake(
     "handover_not_reframed",
@@ -198,10 +207,10 @@ handover_not_reframed = known_mistake(
 jumps = known_mistake(
     "jumps",
     "Taking over is felt: the first step must give the last command again, and then let it fade.",
-    "rest = _rest(memory, command, dt)", "rest = None",
+    "fading(memory.handover, command, dt, FADE)", "(Handover(None, None), command)",
 )  # fmt: skip
 never_lets_go = known_mistake(
     "never_lets_go",
     "What differs from the last command never fades: it must be gone after some half seconds.",
-    "float(np.exp(-dt / FADE)) - 1.0", "0.0",
+    "command, dt, FADE)", "command, dt, 1e9)",
 )  # fmt: skip

@@ -9,7 +9,6 @@ correct one, the line says so. Errors are measured minus wanted here, as in MRS;
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, tan
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -18,13 +17,13 @@ from uavlab import frames
 from uavlab.errors import BadInput
 from uavlab.gains import GROUPS, GeometricGains, TorqueGains
 from uavlab.interfaces import Memory
+from uavlab.parts.controllers import Handover, fading, limited_tilt
 from uavlab.so3 import about_z, hat, vee
 from uavlab.types import GRAVITY, Array, Command, Estimate, Mat3, Reference, Shift, Vec3
 
 E3 = np.array((0.0, 0.0, 1.0))
 LIGHTEST = 0.1  # of the nominal mass: the software's limit exceeds the mass of a small aircraft
 LOST = 1e-6  # |R33| below which no yaw rate turns the heading
-LEAST = 1.0  # [N] least vertical force: one that points down would turn the aircraft over
 FADE = 0.5  # [s] with which the difference to the command before us fades
 
 # Attitude ---------------------------------------------------------------------------------------------
@@ -162,8 +161,7 @@ class Flown(NamedTuple):
     d_w: Vec3  # (3,) [N], world
     d_b: Vec3  # (3,) [N], heading frame
     m_e: float  # [kg]
-    last: Command | None  # the command before us, until the first step
-    rest: Command | None  # what still differs from it; fades
+    handover: Handover  # what is left of the command before us
 
 
 @dataclass(frozen=True)
@@ -176,7 +174,7 @@ class GeometricController:
 
     def init(self, estimate: Estimate, last: Command | None) -> Memory:
         """Nothing pushes, the mass is nominal; the first command is `last`."""
-        return Flown(np.zeros(3), np.zeros(3), self.mass, last, None)
+        return Flown(np.zeros(3), np.zeros(3), self.mass, Handover(last, None))
 
     def step(
         self, memory: Memory, estimate: Estimate, reference: Reference, dt: float
@@ -184,7 +182,8 @@ class GeometricController:
         """The command of what is known so far; then learn from the error of now."""
         k, R, m_e = self.gains, estimate.R, memory.m_e
         d_w, d_b = memory.d_w, memory.d_b
-        f = _upright(desired_force(estimate, reference, m_e, d_w, d_b, k), k.tilt_max)  # (38)
+        f = desired_force(estimate, reference, m_e, d_w, d_b, k)  # (38)
+        f = limited_tilt(f, k.tilt_max)
         R_d = _attitude(f, reference.heading)  # (21)-(23)
         omega_j = jerk_feedforward(f, m_e, R_d, reference.j)  # (26)
         omega_d = rate_command(R, R_d, reference.heading_rate, omega_j, np.array(k.k_R))  # (25)
@@ -194,36 +193,11 @@ class GeometricController:
         e_p = estimate.r - reference.r
         d_w, d_b = disturbance_step(d_w, d_b, e_p, frames.heading(R), dt, k)  # (35)
         m_e = estimated_mass(m_e, float(e_p[2]), dt, self.mass, k)  # (37)
-        rest = _rest(memory, command, dt)
-        command = command if rest is None else _sum(command, rest, 1.0)
-        return Flown(d_w, d_b, m_e, None, rest), command
+        handover, command = fading(memory.handover, command, dt, FADE)
+        return Flown(d_w, d_b, m_e, handover), command
 
     def reframe(self, memory: Memory, shift: Shift) -> Memory:
         """What is told in the world turns along; the heading frame turns by itself."""
-        last, rest = (
-            None if x is None else frames.moved(x, shift) for x in (memory.last, memory.rest)
-        )
+        last, rest = (None if x is None else frames.moved(x, shift) for x in memory.handover)
         d_w = about_z(shift.heading) @ memory.d_w
-        return memory._replace(d_w=d_w, last=last, rest=rest)
-
-
-def _upright(f: Vec3, tilt_max: float) -> Vec3:
-    """The force with its horizontal part cut to the largest tilt, and always pointing up."""
-    up, flat = max(float(f[2]), LEAST), hypot(f[0], f[1])
-    share = min(1.0, up * tan(tilt_max) / flat) if flat > 0.0 else 1.0
-    return np.array((share * f[0], share * f[1], up))
-
-
-def _rest(memory: Flown, command: Command, dt: float) -> Command | None:
-    """What to add so that taking over is not felt; it fades."""
-    if memory.last is not None:
-        return _sum(memory.last, command, -1.0)
-    if memory.rest is None:
-        return None
-    rest = _sum(memory.rest, memory.rest, float(np.exp(-dt / FADE)) - 1.0)
-    return rest if max(abs(rest.f_d), *np.abs(rest.omega_d), *np.abs(rest.a_d)) > 1e-9 else None
-
-
-def _sum(a: Command, b: Command, k: float) -> Command:
-    """Commands added field by field, the second taken `k` times."""
-    return Command(a.f_d + k * b.f_d, a.omega_d + k * b.omega_d, a.a_d + k * b.a_d)
+        return memory._replace(d_w=d_w, handover=Handover(last, rest))
