@@ -12,6 +12,7 @@ from uavlab.parts.failsafe import Failsafe
 from uavlab.parts.missions import still
 from uavlab.parts.throttle import ThrustCurve
 from uavlab.plant import CompiledPlant, load_airframe
+from uavlab.solutions.dynamics import throttle_from_force
 from uavlab.types import Command, Estimate, State
 
 DT = 0.01
@@ -35,7 +36,7 @@ def commands(part, R, seconds, last=None):
 
 
 def test_it_begins_a_little_below_the_throttle_of_hover_and_closes_it_at_a_fixed_rate():
-    T = np.array([CURVE.throttle(x.f_d) for x in commands(PART, np.eye(3), 10.0)])
+    T = np.array([throttle_from_force(x.f_d, *CURVE) for x in commands(PART, np.eye(3), 10.0)])
     hover = T650.a_t * np.sqrt(T650.m * 9.81) + T650.b_t
     assert T[0] == pytest.approx(0.98 * hover)
     np.testing.assert_allclose(np.diff(T), -0.015 * DT, atol=1e-12)
@@ -43,7 +44,7 @@ def test_it_begins_a_little_below_the_throttle_of_hover_and_closes_it_at_a_fixed
 
 def test_at_the_end_of_the_throttle_it_asks_for_none():
     far = commands(Failsafe(T650.m, CURVE, rate=0.5), np.eye(3), 4.0)
-    assert CURVE.throttle(far[-1].f_d) == 0.0
+    assert throttle_from_force(far[-1].f_d, *CURVE) == pytest.approx(0.0, abs=1e-12)
     assert np.isfinite([x.f_d for x in far]).all()
 
 

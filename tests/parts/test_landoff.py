@@ -222,11 +222,3 @@ def test_a_curve_of_another_aircraft_is_refused():
         Touchdown(15.0, CURVE)
     with pytest.raises(BadInput, match=r"share is 1\.5"):
         Touchdown(3.5, CURVE, share=1.5)
-
-
-def test_force_and_throttle_are_each_others_inverse_where_the_rotors_turn():
-    for f in (5.0, 20.0, 60.0):
-        assert CURVE.force(CURVE.throttle(f)) == pytest.approx(f)
-    assert CURVE.throttle(-3.0) == 0.0
-    assert CURVE.throttle(1e6) == 1.0
-    assert CURVE.mass(CURVE.throttle(3.5 * 9.81)) == pytest.approx(3.5)

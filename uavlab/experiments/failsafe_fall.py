@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from uavlab.experiments.answers import answer
 from uavlab.experiments.control_flights import KNOWS, Knows, law, memories
 from uavlab.experiments.spec import Band, Experiment, Line, Outcome, Panel, Row
 from uavlab.flight.fly import fly
@@ -24,7 +25,7 @@ from uavlab.parts.throttle import ThrustCurve
 from uavlab.parts.trackers import CommandFilter
 from uavlab.plant import CALM, CompiledPlant, Wind, load_airframe
 from uavlab.sensors import Ahrs
-from uavlab.types import Array, Command, Estimate, Hypothesis
+from uavlab.types import GRAVITY, Array, Command, Estimate, Hypothesis
 
 NAME = "T650"
 HEIGHT = 2.0  # [m]
@@ -127,9 +128,13 @@ _SERIES = ("t", "r_e", "v_e", "R_e", "omega", "r_d", "v_d", "a_d", "heading_d", 
 
 def half_after(part: Failsafe) -> float:
     """When its throttle would hover half of the mass [s]."""
-    T = part.curve.throttle
-    g_m = part.curve.force(T(part.mass * 9.81))
-    return (part.share * T(g_m) - T(g_m / 2.0)) / part.rate
+    weight = part.mass * GRAVITY
+    return (part.share * throttle(part, weight) - throttle(part, weight / 2.0)) / part.rate
+
+
+def throttle(part: Failsafe, f: float) -> float:
+    """The throttle for a force [N], 0 to 1."""
+    return min(max(answer("dynamics", "throttle_from_force")(f, *part.curve), 0.0), 1.0)
 
 
 def run(seeds: int) -> Outcome:
@@ -184,14 +189,14 @@ def _panels(
         each = (Line(name, since(x[0].log), of(x[0].log)[shown(x[0].log)]) for name, x in kinds)
         return (spread, *each)
 
-    def throttle(log: Log) -> Array:
-        return np.array([part.curve.throttle(float(f)) for f in log.f_d])
+    def throttles(log: Log) -> Array:
+        return np.array([throttle(part, float(f)) for f in log.f_d])
 
     x = "time after the loss [s]"
     return (
         Panel("Height", x, "height [m]", lines(lambda log: log.r[:, 2])),
         Panel("Vertical speed", x, "speed [m/s]", lines(lambda log: log.v[:, 2])),
-        Panel("Throttle", x, "throttle [1]", lines(throttle)),
+        Panel("Throttle", x, "throttle [1]", lines(throttles)),
         Panel("Tilt", x, "tilt [deg]", lines(lambda log: np.rad2deg(tilt(log)))),
     )
 

@@ -19,7 +19,7 @@ from uavlab.parts.throttle import ThrustCurve
 from uavlab.parts.touchdown import Touchdown
 from uavlab.parts.trackers import CommandFilter
 from uavlab.plant import CompiledPlant, Wind, load_airframe
-from uavlab.types import Array, Command, Exit
+from uavlab.types import GRAVITY, Array, Command, Exit
 
 NAME = "T650"
 SE3, MPC = "SE(3)", "MPC"
@@ -65,8 +65,7 @@ def watched(log: Log) -> Landing:
             disarm = float(log.t[k])
     touched = np.flatnonzero(log.r[:, 2] < TOUCH)
     k = int(touched[0]) if touched.size else len(log.t)
-    curve = part.curve
-    mass = np.array([curve.mass(curve.throttle(float(f))) for f in log.f_d])
+    mass = np.maximum(log.f_d, 0.0) / GRAVITY
     return Landing(
         float(log.t[k]) if touched.size else np.inf, disarm, -float(log.v[max(k - 1, 0), 2]),
         float(light[:k].max(initial=0.0)), log, mass,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -60,8 +60,11 @@ class Failsafe:
 
     def force(self, t: float) -> float:
         """The thrust [N], `t` [s] after it took over."""
-        begin = self.share * self.curve.throttle(self.mass * GRAVITY)
-        return self.curve.force(max(begin - self.rate * t, 0.0))
+        a_t, b_t = self.curve
+        hover, idle = sqrt(self.mass * GRAVITY), max(-b_t / a_t, 0.0)
+        # MRS (32): the throttle is a straight line of the root of the force, and so the root falls evenly, too.
+        root = hover - (1.0 - self.share) * (hover + b_t / a_t) - self.rate * t / a_t
+        return max(root, idle) ** 2
 
     def step(
         self, memory: Fall, estimate: Estimate, reference: Reference, dt: float

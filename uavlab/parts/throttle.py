@@ -1,4 +1,4 @@
-"""The thrust curve: from force to throttle, from throttle to force, and the mass that hovers at a throttle."""
+"""The thrust curve of an aircraft, two numbers. What it makes of them is what lab 01 asks for, and not told here."""
 
 from __future__ import annotations
 
@@ -14,18 +14,6 @@ class ThrustCurve(NamedTuple):
 
     a_t: float  # [1/√N], above 0
     b_t: float  # [1]
-
-    def throttle(self, f: float) -> float:
-        """The throttle, 0 to 1, for a force `f` [N] (MRS eq. 32); a force below 0 asks for none."""
-        return min(max(self.a_t * sqrt(max(f, 0.0)) + self.b_t, 0.0), 1.0)
-
-    def force(self, T: float) -> float:
-        """The force [N] at throttle `T` (MRS eq. 34, times g); 0 where the curve has none."""
-        return (max(T - self.b_t, 0.0) / self.a_t) ** 2
-
-    def mass(self, T: float) -> float:
-        """The apparent mass [kg]: what would hover at throttle `T` (MRS eq. 34)."""
-        return self.force(T) / GRAVITY
 
 
 def checked(curve: ThrustCurve, mass: float) -> ThrustCurve:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, sqrt
 
 from uavlab.errors import BadInput
 from uavlab.parts.throttle import ThrustCurve, checked
-from uavlab.types import Command
+from uavlab.types import GRAVITY, Command
 
 IDLE = 0.01  # throttle below which the rotors carry nothing
 
@@ -39,7 +39,8 @@ class Touchdown:
 
     def step(self, memory: float, command: Command, dt: float) -> tuple[float, bool]:
         """One tick of `dt` [s] under this command: for how long it has been light [s], and whether it stands."""
-        T = self.curve.throttle(command.f_d)
-        light = T < IDLE or self.curve.mass(T) < self.share * self.mass
+        f, (a_t, b_t) = max(command.f_d, 0.0), self.curve
+        idle = sqrt(f) < (IDLE - b_t) / a_t  # MRS (32): the throttle is a straight line of the root
+        light = idle or f < self.share * self.mass * GRAVITY
         memory = memory + dt if light else 0.0
         return memory, memory > self.time - 1e-9
