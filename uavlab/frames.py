@@ -40,7 +40,7 @@ _STAYS = {
     "v_B",
     "b",
 }
-_STAYS |= {"world"}
+_STAYS |= {"world", "reliable"}
 
 
 def heading(R: Mat3) -> float:

@@ -14,13 +14,14 @@ Laws, tested for every part (tests/test_laws.py):
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
 from uavlab.frames import Shift
+from uavlab.orders import Order
 from uavlab.types import (
     GRAVITY,
     Attitude,
@@ -112,18 +113,65 @@ class Controller(Protocol):
 
 @runtime_checkable
 class Mission(Protocol):
-    """What to do: the estimate → a goal, at the mission's rate; None: the last one still stands."""
+    """What to do: the estimate → a goal or an order, at the mission's rate; None: the last one still stands."""
 
     def init(self, estimate: Estimate) -> Memory:
         """Memory of a mission that starts here."""
         ...
 
-    def step(self, memory: Memory, estimate: Estimate, dt: float) -> tuple[Memory, Goal | None]:
+    def step(
+        self, memory: Memory, estimate: Estimate, dt: float
+    ) -> tuple[Memory, Goal | Order | None]:
         """One tick of `dt` [s]."""
         ...
 
     def reframe(self, memory: Memory, shift: Shift) -> Memory:
         """The same memory, told in the new world."""
+        ...
+
+
+class Event(NamedTuple):
+    """Something that a pilot did, or would not do."""
+
+    t: float  # [s] since its `init`
+    kind: str  # mode, tracker, controller, estimator, gains, limits, refused, safety, …
+    name: str  # of the mode, of the part, of what was refused or seen
+    said: str  # what became of it, or why
+
+
+class Report(NamedTuple):
+    """What a pilot is doing."""
+
+    mode: str  # empty: it has none
+    events: tuple[Event, ...]  # since `init`
+    over: str = ""  # "landed" or "failsafe": the motors may be off; empty: it flies on
+
+
+@runtime_checkable
+class Pilot(Protocol):
+    """An estimate, readings and what is asked → a reference and a command: who flies, and whether it may."""
+
+    def init(self, estimate: Estimate, ground: bool) -> Memory:
+        """Memory of a flight that begins here: on the ground, or in the air as it is."""
+        ...
+
+    def step(
+        self,
+        memory: Memory,
+        estimate: Estimate,
+        readings: Readings,
+        asked: Sequence[Goal | Order],
+        dt: float,
+    ) -> tuple[Memory, Reference, Command]:
+        """One tick of `dt` [s]; `asked` are the goals and orders of this tick, in their order."""
+        ...
+
+    def reframe(self, memory: Memory, shift: Shift) -> Memory:
+        """The same memory, told in the new world."""
+        ...
+
+    def report(self, memory: Memory) -> Report:
+        """What it does, and what it did."""
         ...
 
 
@@ -134,6 +182,9 @@ class Stack(NamedTuple):
     tracker: Tracker
     controller: Controller
     provenance: Mapping[str, str] = {}  # function or part → mine, reference or stand-in
+    pilot: Pilot | None = (
+        None  # who decides what flies; None: tracker and controller fly, nothing is watched
+    )
 
 
 def standing_command(mass: float) -> Command:

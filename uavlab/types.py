@@ -128,6 +128,7 @@ class Estimate(NamedTuple):
     world: str = ""  # whose world this is told in: the hypothesis that flies, if there are several
     shift: Shift = NO_SHIFT  # from the world in which the flight began to the one this is told in
     worlds: Mapping[str, Shift] = {}  # hypothesis → from its world to the one this is told in
+    reliable: bool = True  # whether any measurement of late stands behind it
 
 
 class Hypothesis(NamedTuple):
@@ -305,8 +306,15 @@ class Exit(Enum):
     """How a flight ended. The value is a sentence."""
 
     DONE = "the scenario ran to its end"
+    LANDED = "the aircraft landed and switched its motors off"
+    FAILSAFE = "the aircraft came down under the failsafe"
     TILT = "the thrust axis passed 90 degrees of tilt"
     CRASH = "the aircraft hit the ground faster than it can bear"
     AWAY = "the aircraft left the flight volume"
     NAN = "a part returned a number that is not finite"
     ERROR = "a part raised an error"
+
+    @property
+    def good(self) -> bool:
+        """Whether this is how a flight should end."""
+        return self in {Exit.DONE, Exit.LANDED}

@@ -19,7 +19,6 @@ from uavlab.flight.fly import fly
 from uavlab.flight.log import Log
 from uavlab.flight.metrics import position_error
 from uavlab.flight.scenario import Scenario, Swap, standing
-from uavlab.flight.slot import FIRST, TAKEN, Slot
 from uavlab.frames import moved
 from uavlab.gains import GROUPS
 from uavlab.interfaces import Stack
@@ -28,6 +27,7 @@ from uavlab.parts.controllers import HeadingController, TiltAxis
 from uavlab.parts.estimators import AlphaBetaGamma
 from uavlab.parts.missions import Follow, Waypoints
 from uavlab.parts.paths import circle
+from uavlab.parts.slot import FIRST, TAKEN, Slot
 from uavlab.parts.trackers import CommandFilter
 from uavlab.plant import CALM, load_airframe
 from uavlab.sensors import ImuSensor, Mocap

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from math import isfinite
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -12,14 +12,15 @@ from zlib import crc32
 import numpy as np
 
 from uavlab.flight.fill import Filled, stack
+from uavlab.flight.injected import Injected
 from uavlab.flight.log import Log
+from uavlab.flight.mind import Mind
 from uavlab.flight.recorder import Recorder
-from uavlab.flight.scenario import Scenario, checked
-from uavlab.flight.slot import Swapping, swappable
-from uavlab.frames import compose, inverse, moved
-from uavlab.interfaces import Stack, standing_command
+from uavlab.flight.scenario import SWAPPED, Scenario, checked
+from uavlab.flight.slot import swappable
+from uavlab.interfaces import Report, Stack
 from uavlab.plant import CompiledPlant, gusts, load_airframe
-from uavlab.types import Command, Estimate, Exit, Hypothesis, Reference, Shift
+from uavlab.types import Command, Exit
 
 HARD_IMPACT = 3.0  # [m/s], what landing feet bear
 
@@ -79,7 +80,8 @@ def fly(
     world_of = plant or CompiledPlant(airframe)
 
     ticks = round(scenario.duration * scenario.rate)
-    at_work = _Mind(mind, scenario, float(airframe.m))
+    faults = Injected(scenario.faults, airframe)
+    at_work = Mind(mind, scenario, float(airframe.m), faults)
     record = Recorder(ticks, airframe, tuple(at_work.hypotheses()))
     say = progress or (lambda _t, _end: None)
     ending = _run(scenario, at_work, world_of, seed, record, say)
@@ -98,14 +100,13 @@ def fly(
         "provenance": provenance,
         "traceback": ending.traceback,
     }
-    if told := at_work.swapping.told:
-        meta["swaps"] = told
+    meta |= _told(at_work.report(), scenario)
     return record.log(ending.exit, ending.reason, meta)
 
 
 def _run(
     scenario: Scenario,
-    mind: _Mind,
+    mind: Mind,
     world_of: Any,
     seed: int,
     record: Recorder,
@@ -118,84 +119,54 @@ def _run(
         world = world_of.init(scenario.start)
         sensors = _Sensors(scenario, seed)
         air = gusts(scenario.wind, _generator(seed, "wind"), dt)
+        faults = mind.faults
         for tick in range(len(record)):
-            mind.doing, wind = "sensor", next(air)
-            readings = sensors.sample(world, dt)
+            t = tick * dt
+            mind.doing, wind = "sensor", faults.wind(next(air), t)
+            readings = faults.readings(sensors.sample(world, dt), t)
             start = perf_counter()
-            estimate, reference, command = mind.think(tick, readings, dt)
+            with faults.solving(t):
+                estimate, reference, command = mind.think(tick, readings, dt)
             solve = perf_counter() - start
             record.write(tick, world, wind, estimate, reference, command, solve)
             record.believe(tick, estimate, mind.hypotheses())
-            if bad := _bad_end(world, command, scenario):
-                return bad
+            if end := _bad_end(world, command, scenario) or _good_end(world, mind.report()):
+                return end
             mind.doing = "plant"
-            world = world_of.advance(world, command, wind, dt, inner)
+            world = faults.advance(world_of, world, command, wind, dt, inner)
             if tick % second == 0:
                 progress(tick * dt, scenario.duration)
     except NotImplementedError:
         raise
     except Exception as error:  # whatever a part raises is how this flight ended
-        why = f"the {mind.doing} raised {type(error).__name__} at t = {record.time:.2f} s: {error}"
+        who = [*getattr(error, "__notes__", []), mind.doing][0]
+        why = f"the {who} raised {type(error).__name__} at t = {record.time:.2f} s: {error}"
         return Ending(Exit.ERROR, why, traceback.format_exc())
     progress(scenario.duration, scenario.duration)
     return Ending(Exit.DONE, f"{Exit.DONE.value}, {scenario.duration:g} s")
 
 
-class _Mind:
-    """The stack and its memories in flight, and which part is at work."""
+def _told(report: Report, scenario: Scenario) -> dict[str, Any]:
+    """What a pilot did, and where it could not go, for a log."""
+    told: dict[str, Any] = {}
+    if report.events:
+        told["events"] = [list(event) for event in report.events]
+        swaps = [list(x) for x in report.events if x.kind in SWAPPED]
+        told |= {"swaps": swaps} if swaps else {}
+    if scenario.area is not None:
+        told["area"] = scenario.area.told()
+    if scenario.obstacles:
+        told["obstacles"] = [list(x) for x in scenario.obstacles]
+    return told
 
-    def __init__(self, parts: Stack, scenario: Scenario, mass: float) -> None:
-        self.parts, self.mission = parts, scenario.mission
-        self.every = round(scenario.rate / scenario.mission_rate)
-        self.doing = "start"
-        self.swapping = Swapping(scenario.swaps, parts)
-        r, v, R, omega = scenario.start
-        self.estimate = Estimate(r, v, np.zeros(3), R, omega)
-        self.command = standing_command(mass)
-        self.estimating = parts.estimator.init(self.estimate)
-        self.tracking = parts.tracker.init(self.estimate, None)
-        self.controlling = parts.controller.init(self.estimate, None)
-        self.pursuing = scenario.mission.init(self.estimate)
 
-    def think(
-        self, tick: int, readings: dict[str, Any], dt: float
-    ) -> tuple[Estimate, Reference, Command]:
-        """One tick: estimate, goal, reference, command."""
-        goal = None
-        self.doing = "estimator"
-        if tick:  # at the first tick the estimate is the start itself
-            was = self.estimate.shift
-            self.estimating, self.estimate = self.parts.estimator.step(
-                self.estimating, readings, self.command, dt
-            )
-            if self.estimate.shift is not was:
-                self._reframe(compose(self.estimate.shift, inverse(was)))
-        estimate = self.estimate
-        self.doing = "mission"
-        if tick % self.every == 0:
-            self.pursuing, goal = self.mission.step(self.pursuing, estimate, self.every * dt)
-        self.doing, t = "tracker", tick * dt
-        self.tracking = self.swapping.ask("tracker", self.tracking, estimate, t)
-        self.tracking, reference = self.parts.tracker.step(self.tracking, estimate, goal, dt)
-        self.swapping.hear(self.tracking, t)
-        self.doing = "controller"
-        self.controlling = self.swapping.ask("controller", self.controlling, estimate, t)
-        self.controlling, self.command = self.parts.controller.step(
-            self.controlling, estimate, reference, dt
-        )
-        self.swapping.hear(self.controlling, t)
-        return estimate, reference, self.command
-
-    def hypotheses(self) -> Mapping[str, Hypothesis]:
-        """What each filter of a bank believes now; nothing for a single one."""
-        return self.parts.estimator.hypotheses(self.estimating)
-
-    def _reframe(self, shift: Shift) -> None:
-        """The estimator tells its world anew: whatever else remembers a place is told it, too (MRS Sec. 3.5)."""
-        self.pursuing = self.mission.reframe(self.pursuing, shift)
-        self.tracking = self.parts.tracker.reframe(self.tracking, shift)
-        self.controlling = self.parts.controller.reframe(self.controlling, shift)
-        self.command = moved(self.command, shift)
+def _good_end(world: Any, report: Report) -> Ending | None:
+    """Whether the aircraft stands, and its pilot has switched the motors off."""
+    if not (report.over and world.contact):
+        return None
+    exit_ = Exit.LANDED if report.over == "landed" else Exit.FAILSAFE
+    x, y, _ = world.r
+    return Ending(exit_, f"{exit_.value} at t = {world.t:.2f} s, at ({x:.1f}, {y:.1f}) m")
 
 
 def _bad_end(world: Any, command: Command, scenario: Scenario) -> Ending | None:

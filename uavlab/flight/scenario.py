@@ -8,18 +8,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from uavlab.errors import BadInput
+from uavlab.flight.fault import Fault
 from uavlab.interfaces import Mission, Stack
 from uavlab.plant import CALM, Wind
+from uavlab.plant.obstacles import Obstacle
 from uavlab.types import State
 
-SWAPPED = ("tracker", "controller")  # slots whose parts may be swapped in flight
+SWAPPED = ("estimator", "tracker", "controller")  # slots whose parts may be swapped in flight
 
 
 class Swap(NamedTuple):
     """Another part takes over in mid-flight; the mind must have a `uavlab.flight.slot.Slot` there."""
 
     t: float  # [s] from take-off
-    slot: str  # tracker or controller
+    slot: str  # estimator, tracker or controller
     name: str  # of the part, in its slot
 
 
@@ -40,6 +42,9 @@ class Scenario(NamedTuple):
     reach: float = 500.0  # [m] from the start; beyond, the flight ends with Exit.AWAY
     mind: Callable[[str], Stack] | None = None  # airframe → who flies if nobody else is named
     swaps: tuple[Swap, ...] = ()  # who takes over, and when
+    faults: tuple[Fault, ...] = ()  # what breaks, and when
+    area: Any = None  # uavlab.area.Area, in which a pilot stays; None: everywhere
+    obstacles: tuple[Obstacle, ...] = ()  # what stands in the way
 
 
 def checked(scenario: Scenario) -> Scenario:

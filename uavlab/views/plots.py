@@ -12,8 +12,8 @@ import numpy as np
 from uavlab.errors import BadInput
 from uavlab.flight.log import Log
 from uavlab.flight.metrics import heading_error, headings, position_error, tilt
-from uavlab.flight.slot import FIRST, TAKEN
 from uavlab.flight.worlds import told
+from uavlab.parts.slot import FIRST, TAKEN
 from uavlab.types import GRAVITY, Array
 from uavlab.views import style
 
