@@ -42,3 +42,69 @@ def mode_of(log: Log) -> Array:
     for t, name in modes(log):
         out[log.t >= t - 1e-9] = name
     return out
+
+
+def violations(log: Log) -> Iterator[str]:
+    """What a flight did that it must not do, in sentences; nothing if it ended as it should."""
+    yield from _ending(log)
+    if log.meta.get("traceback"):
+        yield f"a part raised: {log.meta['traceback'].strip().splitlines()[-1]}"
+    yield from _numbers(log)
+    yield from _places(log)
+
+
+def _ending(log: Log) -> Iterator[str]:
+    last = modes(log)[-1][1] if modes(log) else ""
+    if log.exit not in {Exit.DONE, Exit.LANDED, Exit.FAILSAFE}:
+        yield f"it ended with {log.exit.name}: {log.reason}"
+    elif log.exit is Exit.DONE and last in LOW | {"evading"}:
+        yield f"its time was over while it was {last!r}"
+    hardest = touch_down(log)
+    if hardest is not None and hardest >= SOFT:
+        yield f"it touched down at {hardest:.2f} m/s"
+
+
+def _numbers(log: Log) -> Iterator[str]:
+    untold = [x for x in log.meta.get("faults", []) if x[0] == "nan"]
+    for name in UNITS:
+        bad = ~np.isfinite(getattr(log, name)).reshape(len(log.t), -1).all(axis=1)
+        if name in ESTIMATE:
+            for _, since, until, *_ in untold:
+                bad &= (log.t < since - 1e-9) | (log.t > until + log.meta["dt"])
+        if bad.any():
+            yield f"{name} is not a number at t = {log.t[bad][0]:.2f} s"
+
+
+def _places(log: Log) -> Iterator[str]:
+    """Where the reference left the safety area: sideways, above it, or below it when nobody took off or came down."""
+    area: dict[str, Any] | None = log.meta.get("area")
+    if area is None or not len(log.t):
+        return
+    r, mode = told(log).r_d, mode_of(log)
+    known = np.isfinite(r).all(axis=1)
+    border, high = np.array(area["border"]), float(area["high"])
+    outside = {
+        "outside the border": ~inside(r, border),
+        f"above {high:g} m": r[:, 2] > high + ABOVE,
+    }
+    low = ~np.isin(mode, sorted(LOW | {"ground", "landed"}))
+    outside[f"below {area['low']:g} m"] = low & (r[:, 2] < area["low"] - ABOVE)
+    for zone in area["no_fly"]:
+        within = (r[:, 2] > float(zone["low"]) + ABOVE) & (r[:, 2] < float(zone["high"]) - ABOVE)
+        outside[f"in no-fly zone {zone['name']!r}"] = within & inside(r, np.array(zone["border"]))
+    for what, bad in outside.items():
+        if (bad & known).any():
+            k = int(np.flatnonzero(bad & known)[0])
+            yield (
+                f"its reference was {what} for {(bad & known).sum() * log.meta['dt']:.2f} s, first at "
+                f"t = {log.t[k]:.2f} s, at ({', '.join(f'{x:.2f}' for x in r[k])}) m, {str(mode[k])!r}"
+            )
+
+
+def inside(r: Array, border: Array) -> Array:
+    """Whether places (N, 3) [m] lie within a border (K, 2) [m] as seen from above, shape (N,): a ray to the right."""
+    x, y = r[:, :1], r[:, 1:2]
+    (x0, y0), (x1, y1) = border.T, np.roll(border, -1, axis=0).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossed = ((y0 > y) != (y1 > y)) & (x < (x1 - x0) * (y - y0) / (y1 - y0) + x0)
+    return crossed.sum(axis=1) % 2 == 1

@@ -1,4 +1,4 @@
-"""The page of a campaign: one HTML file that asks the network for nothing. Behind each flight is how to see it again."""
+"""The page of a campaign: one HTML file that asks the network for nothing, and tells how to see a flight again."""
 
 from __future__ import annotations
 
