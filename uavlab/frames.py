@@ -41,6 +41,7 @@ _STAYS = {
     "b",
 }
 _STAYS |= {"world", "reliable"}
+_STAYS |= {"down", "up", "engaged", "push", "turn", "failsafe"}
 
 
 def heading(R: Mat3) -> float:

@@ -37,11 +37,15 @@ from uavlab.types import (
     Pose,
     Range,
     Reference,
+    Sectors,
+    Sticks,
     Trajectory,
 )
 
 Memory: TypeAlias = Any
-Reading: TypeAlias = Imu | Fix | Pose | Attitude | Field | Height | Range | Flow | Bearings
+Reading: TypeAlias = (
+    Imu | Fix | Pose | Attitude | Field | Height | Range | Flow | Bearings | Sectors | Sticks
+)
 Goal: TypeAlias = Reference | Trajectory
 Readings: TypeAlias = Mapping[str, Reading]  # by instrument; only what arrived since the last tick
 

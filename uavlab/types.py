@@ -117,6 +117,25 @@ class Bearings(NamedTuple):
     b: Array  # (n, 3) unit vectors to the beacons, body; NaN where one was not seen
 
 
+class Sectors(NamedTuple):
+    """How far the nearest thing is in each sector around, above and below; inf where nothing is within reach."""
+
+    t: float  # [s] when it was true
+    d: Array  # (n,) [m]; sector i looks 2π i/n to the left of the nose, all of them level
+    down: float  # [m]
+    up: float  # [m]
+
+
+class Sticks(NamedTuple):
+    """How somebody on the ground holds a remote control."""
+
+    t: float  # [s] when it was true
+    engaged: bool  # whether the aircraft is to obey it
+    push: Vec3  # (3,) forward, left, up, each in [−1, 1]: of the heading frame, so the same in every world
+    turn: float  # to the left, in [−1, 1]
+    failsafe: bool  # whether the switch is on
+
+
 class Estimate(NamedTuple):
     """What the aircraft believes of itself."""
 
