@@ -16,6 +16,7 @@ from uavlab.parts.adaptive import AdaptiveController
 from uavlab.parts.bank import BankEstimator, chosen, fused
 from uavlab.parts.complementary import ComplementaryEstimator, CoupledEstimator
 from uavlab.parts.controllers import Handover, HeadingController, TiltAxis
+from uavlab.parts.estimator_slot import EstimatorSlot
 from uavlab.parts.estimators import AlphaBetaGamma
 from uavlab.parts.failsafe import Failsafe
 from uavlab.parts.landoff import LandOff
@@ -26,6 +27,7 @@ from uavlab.parts.priority import FixedPriority
 from uavlab.parts.speed import SpeedTracker
 from uavlab.parts.throttle import ThrustCurve
 from uavlab.parts.trackers import CommandFilter
+from uavlab.parts.vetted import Vetted
 from uavlab.so3 import exp
 from uavlab.solutions.geometric import GeometricController
 from uavlab.solutions.mpc import MpcController, MpcTracker
@@ -49,6 +51,9 @@ ESTIMATORS = [
     AlphaBetaGamma(), AlphaBetaGamma(position="gnss"), FixedPriority(), BANK.part,
     fill(BankEstimator, setup=fused(chosen("gnss", "rtk"))).part,
     fill(ComplementaryEstimator, height="mocap").part, fill(CoupledEstimator).part,
+    EstimatorSlot({"cameras": AlphaBetaGamma(), "bank": BANK.part, "map": AlphaBetaGamma("slam")}),
+    EstimatorSlot({"bank": BANK.part, "satellites": AlphaBetaGamma("gnss")}), Vetted(BANK.part),
+    Vetted(EstimatorSlot({"order": FixedPriority(), "bank": BANK.part}), age=0.02, repeats=1),
 ]  # fmt: skip
 TRACKERS = [
     CommandFilter(), MpcTracker(limit_group("medium")), LandOff(2.0), LandOff(), LineTracker(),

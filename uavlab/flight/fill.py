@@ -13,7 +13,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, NamedTuple
 
-from uavlab.errors import BadInput, UnknownName
+from uavlab.errors import BadInput, UavlabError
+from uavlab.flight import known
+from uavlab.flight.known import ASKED
 from uavlab.gains import MpcGains, mpc_gains_for
 from uavlab.interfaces import Stack
 from uavlab.parts.controllers import TiltAxis
@@ -24,18 +26,6 @@ from uavlab.plant import load_airframe
 MINE, REFERENCE, STAND_IN = "mine", "reference", "stand-in"
 
 
-class Asked(NamedTuple):
-    """A part that a lab asks for as a whole: a class."""
-
-    stem: str  # of the lab
-    slot: str
-
-
-ASKED: Mapping[str, Asked] = {
-    "GeometricController": Asked("geometric", "controller"),
-    "MpcController": Asked("mpc", "controller"),
-    "MpcTracker": Asked("mpc", "tracker"),
-}
 SLOTS = ("estimator", "tracker", "controller")
 LIMITS = "medium"  # the group of limits of a part that has none by itself
 
@@ -91,7 +81,8 @@ def fill(
     ----------
     Part : type or str
         A dataclass whose functions are declared with `asks`; or a part that a lab asks for as a whole,
-        such as ``"GeometricController"``, by its name or as a class.
+        such as ``"GeometricController"``, by its name or as a class; or the name of a class in `mine`, of a part that
+        comes with uavlab, or of one that another package brings (`uavlab.flight.known`).
     mine : mapping, optional
         Where to look first, by name: usually ``globals()`` of a notebook. Stubs do not count.
     only_mine : bool
@@ -103,14 +94,15 @@ def fill(
     -------
     Filled
         The part, and the provenance of each of its functions. If one is missing everywhere, the
-        part's ``stand_in`` flies instead of the whole.
+        part's ``stand_in`` flies instead of the whole. A part by name that is nobody's answer comes from
+        ``"uavlab"`` or from the package that brought it.
 
     Raises
     ------
     UnknownName
-        No lab asks for a part of this name.
+        Nobody has a part of this name.
     BadInput
-        A parameter is missing, or is none of the part.
+        A parameter is missing, or is none of the part; or another package's part cannot be had.
     """
     if isinstance(Part, str) or not any("stem" in x.metadata for x in _fields(Part)):
         return _whole(Part, mine or {}, only_mine, parameters)
@@ -126,6 +118,10 @@ def fill(
             functions[item.name], provenance[item.name] = found, REFERENCE
         else:
             missing.append(item.name)
+    if missing and not hasattr(Part, "stand_in"):
+        raise BadInput(
+            f"{Part.__name__} needs {', '.join(missing)}, and nobody has it; write it, or give the class a stand_in."
+        )
     if missing:  # all or nothing: half a part of each kind would be neither
         said = f"{Part.__name__} without {', '.join(missing)}"
         return Filled(Part.stand_in(**parameters), {said: STAND_IN})  # type: ignore[attr-defined]
@@ -158,14 +154,32 @@ def _whole(
     if isinstance(Part, type) and not (Part.__name__ in ASKED and unfinished(Part)):
         return Filled(_made(Part, parameters), {Part.__name__: author(Part)})
     name = Part if isinstance(Part, str) else Part.__name__
-    if name not in ASKED:
-        raise UnknownName("part of a lab", name, ASKED)
-    asked, own = ASKED[name], mine.get(name)
+    own = mine.get(name)
     if callable(own) and not unfinished(own):
         return Filled(_made(own, parameters), {name: author(own)})
+    if name not in ASKED:
+        return _known(name, mine, only_mine, parameters)
+    known.unambiguous(name)
+    asked = ASKED[name]
     if not only_mine and (found := reference(asked.stem, name)) is not None:
         return Filled(_made(found, parameters), {name: REFERENCE})
     return Filled(_stand_in(asked.slot, parameters.get("mass")), {name: STAND_IN})
+
+
+def _known(
+    name: str, mine: Mapping[str, Any], only_mine: bool, parameters: Mapping[str, Any]
+) -> Filled:
+    """A part by name that is no lab's: uavlab's own, or that of another package."""
+    part, origin = known.find(name)
+    try:
+        if any("stem" in x.metadata for x in _fields(part)):
+            return fill(part, mine, only_mine=only_mine, **parameters)
+        return Filled(_made(part, parameters), {name: origin})
+    except UavlabError as error:
+        raise BadInput(f"{name}, from {origin}: {error}") from None
+    except Exception as error:  # whatever somebody else's code raises
+        said = f"{type(error).__name__}: {error}"
+        raise BadInput(f"{name}, from {origin}, cannot be made: {said}.") from error
 
 
 def _made(Part: Callable[..., Any], parameters: Mapping[str, Any]) -> Any:
@@ -199,11 +213,32 @@ def _fields(Part: Any) -> tuple[Any, ...]:
     return fields(Part) if is_dataclass(Part) else ()
 
 
-def _wants_mass(Part: type | str) -> bool:
-    """Whether the part must be told what the aircraft weighs."""
-    if isinstance(Part, str):
-        return Part in ASKED and ASKED[Part].slot == "controller"
-    return any(x.name == "mass" for x in _fields(Part))
+def told(Part: type | str, airframe: Any, mine: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """What `fill` should tell a part of its aircraft: what its signature asks for of mass [kg] and thrust curve.
+
+    Parameters
+    ----------
+    Part : type or str
+        As for `fill`.
+    airframe : Airframe
+        From `uavlab.plant.load_airframe`.
+    mine : mapping, optional
+        As for `fill`.
+
+    Raises
+    ------
+    UnknownName, BadInput
+        There is no part of this name.
+    """
+    if isinstance(Part, type) and not (Part.__name__ in ASKED and unfinished(Part)):
+        return known.told(Part, airframe)
+    name = Part if isinstance(Part, str) else Part.__name__
+    own = (mine or {}).get(name)
+    if callable(own) and not unfinished(own):
+        return known.told(own, airframe)
+    if name not in ASKED:
+        return known.told(known.find(name).part, airframe)
+    return {"mass": float(airframe.m)} if ASKED[name].slot == "controller" else {}
 
 
 def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> Stack:
@@ -212,7 +247,7 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
     Parameters
     ----------
     airframe : str
-        Whose mass the parts are told.
+        Whose mass and thrust curve the parts are told, if they ask for it.
     *parts : type, str, Filled or part
         At most one for each slot (``estimator``, ``tracker``, ``controller``). A class or a name, such as
         ``"MpcTracker"``, is filled with `fill`; an object flies as it is. A tracker that comes by this name keeps
@@ -223,16 +258,17 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
     Raises
     ------
     BadInput
-        A part without a slot, or two for one slot.
+        A part without a slot, or two for one slot; or another package's part cannot be had.
     UnknownName
         No airframe, or no part, of this name.
     """
-    mass = float(load_airframe(airframe).m)
+    aircraft = load_airframe(airframe)
     slots: dict[str, Any] = {}
     provenance: dict[str, str] = {}
     for given in parts:
-        told: Any = {"mass": mass} if isinstance(given, type | str) and _wants_mass(given) else {}
-        filled = fill(given, mine, **told) if isinstance(given, type | str) else given
+        filled: Any = given
+        if isinstance(given, type | str):
+            filled = fill(given, mine, **told(given, aircraft, mine))
         if not isinstance(filled, Filled):
             filled = Filled(filled, {type(filled).__name__: author(type(filled))})
         slot = getattr(filled.part, "slot", None)
@@ -246,7 +282,7 @@ def stack(airframe: str, *parts: Any, mine: Mapping[str, Any] | None = None) -> 
         provenance |= filled.provenance
     for slot in SLOTS:
         if slot not in slots:
-            slots[slot] = _stand_in(slot, mass)
+            slots[slot] = _stand_in(slot, float(aircraft.m))
             provenance[type(slots[slot]).__name__] = STAND_IN
     mind = Stack(**slots, provenance=provenance)
     return slowed(mind) if "MpcTracker" in parts else mind

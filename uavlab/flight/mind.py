@@ -36,6 +36,7 @@ class Mind:
         self.pursuing = self.mission.init(self.estimate)
         if first := getattr(self.estimator, "first_name", ""):
             self.events.append(Event(0.0, "estimator", first, FIRST))
+        self._hear(0.0)
 
     def think(
         self, tick: int, readings: Mapping[str, Any], dt: float
@@ -51,6 +52,7 @@ class Mind:
             )
             if self.believed.shift is not was:
                 self._reframe(compose(self.believed.shift, inverse(was)))
+            self._hear(t)
         estimate = self.estimate = self.faults.estimate(self.believed, t)
         self.doing = "mission"
         if tick % self.every == 0:
@@ -95,6 +97,12 @@ class Mind:
                 said = f"refused: {error}"
         self.events.append(Event(t, "estimator", asked.name, said))
         return True
+
+    def _hear(self, t: float) -> None:
+        """What became of the members of an estimator that is several, unasked for."""
+        news = getattr(self.estimator, "news", None)
+        for name, said in news(self.estimating) if news is not None else ():
+            self.events.append(Event(t, "estimator", name, said))
 
     def _reframe(self, shift: Shift) -> None:
         """The estimator tells its world anew: whatever else remembers a place is told it, too (MRS Sec. 3.5)."""

@@ -13,6 +13,7 @@ import numpy as np
 from uavlab.errors import BadInput, UnknownName
 from uavlab.frames import compose, heading, inverse, moved
 from uavlab.interfaces import Memory, Readings, asks
+from uavlab.parts.estimators import HEARD
 from uavlab.parts.priority import FixedPriority
 from uavlab.so3 import about_z, exp
 from uavlab.types import (
@@ -96,6 +97,7 @@ class Flying(NamedTuple):
     last: Estimate  # as it was given out
     R: Mat3  # (3, 3) attitude of the autopilot, in its own world
     t: float  # [s] since init
+    asked: tuple[tuple[float, str], ...] = ()  # the last request of `swap`: when [s], and for whom
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,7 @@ class BankEstimator:
         R, omega, readings = _attitude(memory.R, last.omega, readings, dt)
         bank, told = self.filters.step(memory.bank, readings, command, dt, flies)
 
-        name = self._arbiter(told, flies, t)
+        name = self._arbiter(told, flies, t, memory.asked)
         shift = last.shift
         if name != flies:
             before = told[flies] if flies else _as_hypothesis(_carried(last, omega, dt))
@@ -169,11 +171,54 @@ class BankEstimator:
         estimate = _carried(last, omega, dt)
         if name:
             estimate = self._estimate(told, name, R, omega, shift)
-        return Flying(bank, told, estimate, R, t), estimate
+        healthy = t <= HEARD or any(x.reliable for x in told.values())  # first, the start counts
+        estimate = estimate._replace(reliable=healthy)
+        return Flying(bank, told, estimate, R, t, memory.asked), estimate
 
-    def _arbiter(self, told: Mapping[str, Hypothesis], flies: str, t: float) -> str:
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Whom a swap may name: the filters."""
+        return tuple(self.setup.members)
+
+    def swap(self, memory: Flying, name: str) -> Flying:
+        """Ask for a filter in flight: from the next step on, as if `requests` had a line more.
+
+        Parameters
+        ----------
+        memory : Flying
+            Of this bank.
+        name : str
+            A filter; empty: the arbiter is free again.
+
+        Returns
+        -------
+        Flying
+            The request stands until another one comes, from here or from `requests`.
+
+        Raises
+        ------
+        UnknownName
+            There is no such filter.
+        BadInput
+            It is not reliable now, and another one flies.
+        """
+        if name and name not in self.setup.members:
+            raise UnknownName("filter of the bank", name, self.setup.members)
+        flies = memory.last.world in self.setup.members
+        if name and flies and not memory.told[name].reliable:
+            raise BadInput(f"{name} is not reliable now; ask again when it is.")
+        return memory._replace(asked=((memory.t, name),))
+
+    def _arbiter(
+        self,
+        told: Mapping[str, Hypothesis],
+        flies: str,
+        t: float,
+        at_last: tuple[tuple[float, str], ...],
+    ) -> str:
         """Who flies; nobody until the first one is reliable."""
-        asked = ["", *(name for time, name in self.requests if time <= t + 1e-9)][-1]
+        requests = sorted((*self.requests, *at_last), key=lambda x: x[0])
+        asked = ["", *(name for time, name in requests if time <= t + 1e-9)][-1]
         first = next((name for name, x in told.items() if x.reliable), "")
         waiting = bool(asked) and not told[asked].reliable and t < self.patience
         if not flies and (waiting or not first):
@@ -199,7 +244,8 @@ class BankEstimator:
         back = inverse(shift)  # the worlds of the others are moved, too
         worlds = {k: compose(shift, compose(x, back)) for k, x in memory.last.worlds.items()}
         last = moved(memory.last, shift)._replace(worlds=worlds)
-        return Flying(bank, told, last, about_z(shift.heading) @ memory.R, memory.t)
+        R = about_z(shift.heading) @ memory.R
+        return memory._replace(bank=bank, told=told, last=last, R=R)
 
     def hypotheses(self, memory: Flying) -> Mapping[str, Hypothesis]:
         """What each filter believes, in its own world."""

@@ -11,13 +11,15 @@ from uavlab.interfaces import Readings
 from uavlab.so3 import exp
 from uavlab.types import Command, Estimate, Fix, Hypothesis, Imu, Pose
 
+HEARD = 0.3 + 1e-9  # [s] without a position: longer, and nothing of late stands behind the estimate
+
 
 @dataclass(frozen=True)
 class AlphaBetaGamma:
     """Constant-acceleration observer on positions; attitude as motion capture saw it last, turned on by the gyro.
 
-    Between two fixes it only predicts. Stand-in: it knows neither noise levels nor gravity nor the
-    command, and trusts the cameras' attitude as it comes.
+    Between two fixes it only predicts; after 0.3 s without one the estimate is not ``reliable``. Stand-in: it knows
+    neither noise levels nor gravity nor the command, and trusts the cameras' attitude as it comes.
     """
 
     slot: ClassVar[str] = "estimator"
@@ -51,7 +53,7 @@ class AlphaBetaGamma:
             e = fix.r - r
             r, v, a = r + e * min(3 * x, 1.0), v + e * (3 * x * x / age), a + e * (x**3 / age**2)
             age = 0.0
-        estimate = was._replace(r=r, v=v, a=a, R=R, omega=omega)
+        estimate = was._replace(r=r, v=v, a=a, R=R, omega=omega, reliable=age <= HEARD)
         return (estimate, age), estimate
 
     def reframe(self, memory: tuple[Estimate, float], shift: Shift) -> tuple[Estimate, float]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from uavlab.frames import NO_SHIFT, Shift, compose, heading, inverse, moved, wrap
 from uavlab.interfaces import Readings
-from uavlab.parts.estimators import AlphaBetaGamma
+from uavlab.parts.estimators import HEARD, AlphaBetaGamma
 from uavlab.so3 import about_z
 from uavlab.types import Attitude, Command, Estimate, Fix, Hypothesis, Pose
 
@@ -32,7 +32,8 @@ class FixedPriority:
     """One alpha-beta-gamma observer, and a list of instruments: the first that was heard lately feeds it.
 
     A new instrument is taken to be where the estimate is, so the world never changes, and what one instrument was
-    wrong by is kept when the next one takes over. Stand-in: no covariance, no innovation test, no request.
+    wrong by is kept when the next one takes over. With none of them heard for 0.3 s the estimate is not ``reliable``.
+    Stand-in: no covariance, no innovation test, no request.
     """
 
     slot: ClassVar[str] = "estimator"
@@ -65,6 +66,9 @@ class FixedPriority:
         if feeds in heard:
             told["fix"] = moved(heard[feeds], anchor)
         observer, estimate = self.observer.step(observer, told, command, dt)
+        # While one instrument is waited for, another may be heard: the observer knows of the first only.
+        quiet = min(silent.values(), default=observer[1])
+        estimate = estimate._replace(reliable=quiet <= HEARD)
         seen = readings.get("ahrs") or readings.get("mocap")
         if isinstance(seen, Attitude | Pose) and np.isfinite(seen.R).all():
             turn = wrap(heading(estimate.R) - heading(seen.R)) if turn is None else turn
