@@ -1,4 +1,4 @@
-"""The command line: ``uavlab list | fly | replay | reproduce | doctor``.
+"""The command line: ``uavlab list | fly | replay | reproduce | campaign | doctor``.
 
 Exit codes: 0, it is done; 1, it is done and the answer is no (a flight that ended badly, something missing);
 2, the input is at fault, said in one line.
@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from uavlab import __version__
-from uavlab.commands import doctor, fly, list_, replay, reproduce
+from uavlab.commands import campaign, doctor, fly, list_, replay, reproduce
 from uavlab.errors import BadInput, UavlabError, UnknownName
 
-COMMANDS = {command.NAME: command for command in (list_, fly, replay, reproduce, doctor)}
+COMMANDS = {command.NAME: command for command in (list_, fly, replay, reproduce, campaign, doctor)}
 
 
 class _Parser(argparse.ArgumentParser):

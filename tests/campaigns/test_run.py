@@ -16,7 +16,7 @@ from uavlab.campaigns.run import RAISED
 from uavlab.campaigns.table import open_table
 from uavlab.errors import BadFile, BadInput, UavlabError
 
-SEEDS = range(30)
+SEEDS, HERE = range(30), Path(__file__).parent
 
 
 def plain(rows):
@@ -69,7 +69,7 @@ def test_what_is_in_the_table_is_not_flown_again(tmp_path, alone):
 KILLED = """
 import sys
 from pathlib import Path
-sys.path.insert(0, {here!r})
+sys.path[:0] = {here!r}
 from toy_campaign import TOY
 from uavlab.campaigns import processes, run
 if __name__ == "__main__":
@@ -100,13 +100,18 @@ def wait_for(done, seconds=30.0):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_campaign_that_is_killed_goes_on_where_it_was(tmp_path, jobs, alone):
     table, script = tmp_path / "toy.jsonl", tmp_path / "script.py"
-    script.write_text(KILLED.format(here=str(Path(__file__).parent), table=str(table), jobs=jobs))
+    script.write_text(
+        KILLED.format(here=[str(HERE), str(HERE.parent)], table=str(table), jobs=jobs)
+    )
     environment = {**os.environ, "TOY_PAUSE": "0.05"}
-    process = subprocess.Popen([sys.executable, str(script)], env=environment)
-    wait_for(lambda: table.is_file() and table.read_bytes().count(b"\n") >= 8)
-    workers = children(process.pid)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+    with subprocess.Popen([sys.executable, str(script)], env=environment) as process:
+        wait_for(
+            lambda: process.poll() or (table.is_file() and table.read_bytes().count(b"\n") >= 8)
+        )
+        workers = children(process.pid)
+        assert len(workers) >= jobs - 1
+        process.send_signal(signal.SIGKILL)
+    assert process.returncode == -signal.SIGKILL
     wait_for(lambda: all(map(gone, workers)))  # nobody is left who waits for work
 
     before = table.read_bytes()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from uavlab.campaigns.summary import cells, summed, wilson
+from uavlab.campaigns.summary import cells, counted, wilson
 
 
 @pytest.mark.parametrize(
@@ -25,23 +25,20 @@ def test_no_failure_in_a_thousand_flights_still_leaves_a_few_in_a_thousand():
 
 
 ROWS = [
-    {"seed": 1, "faults": ["gust"], "exit": "DONE"},
-    {"seed": 2, "faults": ["gust", "nan", "gust"], "exit": "CRASH"},
-    {"seed": 3, "faults": [], "exit": "DONE"},
+    {"seed": 1, "faults": ["gust"], "exit": "DONE", "bad": False},
+    {"seed": 2, "faults": ["gust", "nan", "gust"], "exit": "CRASH", "bad": True},
+    {"seed": 3, "faults": [], "exit": "DONE", "bad": False},
 ]
 
 
 def test_a_flight_counts_once_in_each_of_its_lines_and_once_in_all():
-    summary = summed(
-        ROWS, lambda x: x["faults"], lambda x: x["exit"], lambda x: x["exit"] == "CRASH"
-    )
+    summary = counted(ROWS, "fault", lambda x: x["faults"], lambda x: x["exit"])
     assert summary.endings == ("DONE", "CRASH")
     assert [(x.name, x.flights, x.bad.times) for x in summary.lines] == [
         ("gust", 2, 1),
         ("nan", 1, 1),
         ("all flights", 3, 1),
     ]
-    assert [row["seed"] for row in summary.bad] == [2]
-    table = cells(summary, "fault")
+    table = cells(summary)
     assert table[0] == ("fault", "flights", "DONE", "CRASH", "not as it should [95 %]")
     assert table[2][:4] == ("nan", "1", "·", "1")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from typing import NamedTuple
 
 from uavlab.campaigns.summary import Summary, cells
+from uavlab.campaigns.table import Row
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 75rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
@@ -30,13 +31,7 @@ class Shown(NamedTuple):
     replay: str = ""  # page of its flight, if it is there; relative to this one
 
 
-def page(
-    title: str,
-    said: Sequence[str],
-    table: Summary,
-    first: str,
-    flights: Mapping[str, Sequence[Shown]],
-) -> str:
+def page(title: str, said: Sequence[str], summary: Summary, shown: Callable[[Row], Shown]) -> str:
     """The page.
 
     Parameters
@@ -45,18 +40,17 @@ def page(
         Its headline.
     said : sequence of str
         Paragraphs that come first: what was flown, and by which command.
-    table : Summary
+    summary : Summary
         What became of it.
-    first : str
-        What the lines of the table are.
-    flights : mapping of str to sequence of Shown
-        Flights worth a look, under their headings.
+    shown : callable
+        What is told of a flight.
     """
     parts = [f"<h1>{escape(title)}</h1>", *(f"<p>{escape(x)}</p>" for x in said)]
-    parts += _table(cells(table, first))
-    for heading, some in flights.items():
-        parts.append(f"<h2>{escape(heading)}: {len(some)}</h2>")
-        parts += [_flight(x) for x in some] or ["<p>None.</p>"]
+    parts += _table(cells(summary))
+    parts += [f"<p>{escape(x)}</p>" for x in summary.said]
+    for heading, rows in summary.worth.items():
+        parts.append(f"<h2>{escape(heading)}: {len(rows)}</h2>")
+        parts += [_flight(shown(row)) for row in rows] or ["<p>None.</p>"]
     body = "\n".join(parts)
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'

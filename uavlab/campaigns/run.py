@@ -12,33 +12,18 @@ import signal
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import TypeAlias
 
-from uavlab import __version__
-from uavlab.campaigns.table import Head, Row, open_table
+from uavlab.campaigns.spec import Campaign
+from uavlab.campaigns.table import Row, open_table
 from uavlab.errors import BadInput, UavlabError
 
 Executor: TypeAlias = Callable[[Callable[[int], Row], Sequence[int]], Iterator[Row]]
 RAISED = "RAISED"  # the exit of a flight that is none: the library itself raised
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-
-
-class Campaign(NamedTuple):
-    """What is flown, again and again."""
-
-    name: str
-    fly: Callable[
-        [int], Row
-    ]  # a seed → its row, of JSON; a function of a module, or a worker cannot find it
-    settings: Mapping[str, Any] = {}  # all that the numbers depend on but the seed; JSON
-
-    @property
-    def head(self) -> Head:
-        """The first line of its table."""
-        return Head(self.name, __version__, self.settings)
 
 
 def here(fly: Callable[[int], Row], seeds: Sequence[int]) -> Iterator[Row]:
@@ -107,7 +92,7 @@ def flown(fly: Callable[[int], Row], seed: int) -> Row:
         row = fly(seed)
     except Exception as error:  # one flight of thousands: kept, seen, and the others go on
         said = f"{type(error).__name__}: {error}"
-        row = {"exit": RAISED, "reason": said, "why": traceback.format_exc()}
+        row = {"exit": RAISED, "bad": True, "reason": said, "why": traceback.format_exc()}
     return {"seed": seed, **row, "wall": round(time.perf_counter() - start, 3)}
 
 

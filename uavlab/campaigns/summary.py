@@ -36,9 +36,11 @@ class Line(NamedTuple):
 class Summary(NamedTuple):
     """What became of a campaign."""
 
+    first: str  # what the lines are
     endings: tuple[str, ...]  # the columns
     lines: tuple[Line, ...]  # the last one is of all flights
-    bad: tuple[Row, ...]
+    said: tuple[str, ...] = ()  # sentences beside the table
+    worth: Mapping[str, Sequence[Row]] = {}  # flights worth a look, under their headings
 
 
 def wilson(count: int, of: int, z: float = Z) -> Share:
@@ -54,11 +56,11 @@ def wilson(count: int, of: int, z: float = Z) -> Share:
     return Share(of, count, low, high)
 
 
-def summed(
+def counted(
     rows: Sequence[Row],
+    first: str,
     groups: Callable[[Row], Iterable[str]],
     ending: Callable[[Row], str],
-    bad: Callable[[Row], bool],
 ) -> Summary:
     """Count the rows of a campaign.
 
@@ -66,12 +68,12 @@ def summed(
     ----------
     rows : sequence of dict
         One for each flight.
+    first : str
+        What the lines of the table are.
     groups : callable
-        The lines of the table that a flight counts in; twice the same counts once.
+        The lines in which a flight counts; twice the same counts once.
     ending : callable
-        Its column.
-    bad : callable
-        Whether it did not end as it should.
+        Its column. Whether it did not end as it should is its ``bad``.
     """
     of: dict[str, list[Row]] = {}
     for row in rows:
@@ -82,14 +84,16 @@ def summed(
     lines = []
     for name, some in of.items():
         counts = Counter(ending(row) for row in some)
-        share = wilson(sum(bad(row) for row in some), len(some))
+        share = wilson(sum(row["bad"] for row in some), len(some))
         lines.append(Line(name, len(some), {x: counts[x] for x in endings}, share))
-    return Summary(endings, tuple(lines), tuple(row for row in rows if bad(row)))
+    return Summary(first, endings, tuple(lines))
 
 
-def cells(summary: Summary, first: str) -> list[tuple[str, ...]]:
+def cells(summary: Summary) -> list[tuple[str, ...]]:
     """The table as text: a head, and a row for each line."""
-    rows: list[tuple[str, ...]] = [(first, "flights", *summary.endings, "not as it should [95 %]")]
+    rows: list[tuple[str, ...]] = [
+        (summary.first, "flights", *summary.endings, "not as it should [95 %]")
+    ]
     for x in summary.lines:
         counts = (str(x.endings[k] or "·") for k in summary.endings)
         rows.append((x.name, str(x.flights), *counts, str(x.bad)))

@@ -16,7 +16,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 from uavlab.errors import BadFile, BadInput
 
-Row: TypeAlias = dict[str, Any]  # of one flight; its "seed" is its name
+Row: TypeAlias = dict[
+    str, Any
+]  # of one flight: its "seed", its "exit", whether it is "bad", and more
 SYNC = 1.0  # [s] between two times that the disk itself is asked to keep what it was given
 
 

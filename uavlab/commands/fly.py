@@ -30,8 +30,10 @@ def add(parser: argparse.ArgumentParser) -> None:
             "mean wind towards x [m/s], with the gusts of MIL-F-8785C at 5 m height",
         ),
         ("--duration", float, "T", "simulated time [s]"),
-        ("--controller", str, "C", "GeometricController or MpcController, from the answers"),
-        ("--tracker", str, "T", "MpcTracker, from the answers"),
+        ("--controller", str, "C", "a controller of `uavlab list parts`"),
+        ("--tracker", str, "T", "a tracker of `uavlab list parts`"),
+        ("--estimator", str, "E", "an estimator of `uavlab list parts`"),
+        ("--mission", str, "M", "a mission of `uavlab list parts`, in place of the scenario's"),
         ("--gains", str, "G", "of the GeometricController: supersoft, soft or tight"),
         ("--out", Path, "DIR", "where to write (flights/NAME-AIRFRAME-seedN)"),
     ):
@@ -48,9 +50,9 @@ def run(args: argparse.Namespace) -> int:
         or Path("flights") / f"{scenario.name}-{Path(scenario.airframe).stem}-seed{args.seed}"
     )
     log = _flown(scenario, mind, args.seed)
-    _print(log)
-    _write(log, out)
-    return 0 if log.exit.name == "DONE" else 1
+    show(log)
+    write(log, out)
+    return 0 if log.exit.good else 1
 
 
 def _stem(args: argparse.Namespace, scenario: Any) -> str:
@@ -75,6 +77,11 @@ def asked(args: argparse.Namespace) -> Any:
     load_airframe(scenario.airframe)
     if args.duration is not None:
         scenario = scenario._replace(duration=args.duration)
+    if getattr(args, "mission", None) is not None:
+        from uavlab.flight.fill import fill
+
+        _belongs(args.mission, "mission")
+        scenario = scenario._replace(mission=fill(args.mission).part)
     if args.wind is not None:
         if not abs(args.wind) <= 30.0:
             raise BadInput(f"--wind is {args.wind} m/s; it must lie between −30 and 30.")
@@ -89,24 +96,24 @@ def named(args: argparse.Namespace, scenario: Any) -> Any:
 
     Parts that the scenario swaps in later share a slot with those that fly first.
     """
-    from uavlab.flight.fill import ASKED, exchanged, fill, slowed, stack
+    from uavlab.flight.fill import exchanged, fill, slowed, stack, told
     from uavlab.flight.slot import with_slots
+    from uavlab.gains import gains_for
     from uavlab.plant import load_airframe
 
     if args.gains is not None and args.controller != "GeometricController":
         raise BadInput("--gains needs --controller GeometricController: no other has such groups.")
     airframe, mind = load_airframe(scenario.airframe), None
-    for slot in ("controller", "tracker"):
-        name = getattr(args, slot)
+    for slot in ("controller", "tracker", "estimator"):
+        name = getattr(args, slot, None)
         if name is None:
             continue
-        if name in ASKED and ASKED[name].slot != slot:
-            raise BadInput(
-                f"{name} is a {ASKED[name].slot}; give it as --{ASKED[name].slot} {name}."
-            )
+        _belongs(name, slot)
         mind = mind or (scenario.mind or stack)(scenario.airframe)
-        told = _controlled(args.gains, airframe) if slot == "controller" else {}
-        mind = exchanged(mind, slot, fill(name, **told))
+        given = told(name, airframe)
+        if slot == "controller" and args.gains is not None:
+            given["gains"] = gains_for(airframe.name, args.gains)
+        mind = exchanged(mind, slot, fill(name, **given))
     if args.tracker == "MpcTracker":
         mind = slowed(mind)
     if scenario.swaps:
@@ -114,12 +121,15 @@ def named(args: argparse.Namespace, scenario: Any) -> Any:
     return mind
 
 
-def _controlled(group: str | None, airframe: Any) -> dict[str, Any]:
-    """What a controller is told of its aircraft."""
-    from uavlab.gains import gains_for
+def _belongs(name: str, slot: str) -> None:
+    """Refuse a part by name that belongs into another slot, or that nobody has."""
+    from uavlab.flight.known import slot_of
 
-    told: dict[str, Any] = {"mass": float(airframe.m)}
-    return told if group is None else told | {"gains": gains_for(airframe.name, group)}
+    has = slot_of(name)
+    if has != slot:
+        raise BadInput(
+            f"{name} is {'an' if has[0] == 'e' else 'a'} {has}; give it as --{has} {name}."
+        )
 
 
 def _flown(scenario: Any, mind: Any, seed: int) -> Any:
@@ -137,7 +147,8 @@ def _flown(scenario: Any, mind: Any, seed: int) -> Any:
         return fly(scenario, mind, seed=seed, progress=advance)
 
 
-def _print(log: Any) -> None:
+def show(log: Any) -> None:
+    """Print how it ended, its numbers, and who flew."""
     from uavlab.commands.list_ import print_rows
     from uavlab.flight.fill import ASKED, STAND_IN
     from uavlab.flight.metrics import summary
@@ -161,7 +172,8 @@ def _print(log: Any) -> None:
         print(f"  {start:6.2f} to {end:6.2f} s on {who or 'what it was given at the start'}")
 
 
-def _write(log: Any, out: Path) -> None:
+def write(log: Any, out: Path) -> None:
+    """Write log, plots and replay into a folder, and say where they are."""
     from uavlab import views
     from uavlab.commands import outputs
 
