@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, sqrt
 from typing import final
 
 import numpy as np
 
 from uavlab.errors import BadInput
 from uavlab.plant.airframe import Airframe
+from uavlab.plant.reallocation import reallocated
 from uavlab.plant.world import SPEED, World, first_world, unpack
 from uavlab.types import Array, Command, State, Vec3
 
@@ -31,6 +32,7 @@ class CompiledPlant:
 
         self.airframe = airframe
         self._numbers, self._allocation, self._mixer = constants.pack(airframe)
+        self._without: dict[tuple[int, ...], tuple[Array, Array]] = {}
         self._advance = kernel.advance
 
     def init(self, state: State) -> World:
@@ -50,6 +52,8 @@ class CompiledPlant:
         wind: Vec3 = STILL,
         dt: float = 0.01,
         n: int | None = None,
+        shares: Array | None = None,
+        dead: tuple[int, ...] = (),
     ) -> World:
         """The world `dt` later, under a constant command in air that moves with constant velocity.
 
@@ -65,25 +69,78 @@ class CompiledPlant:
             Control tick [s].
         n : int, optional
             Inner steps in it; 1 kHz if there is no number.
+        shares : Array, optional
+            Of the thrust that is asked of it, what each motor still makes, (n,); all of it if nothing is said.
+        dead : tuple of int
+            Rotors that the autopilot knows to stand still, and does without.
 
         Raises
         ------
         BadInput
-            `dt` or `n` is not positive, a vector is not (3,), or `world` has another number of rotors.
+            `dt` or `n` is not positive, a vector is not (3,), `world` has another number of rotors, a share is
+            negative, or there is no such rotor.
         """
-        asked, n = inputs(self.airframe, world, command, wind, dt, n)
+        asked, n = inputs(self.airframe, world, command, wind, dt, n, shares)
+        numbers, mixer = self._mixing(dead) if dead else (self._numbers, self._mixer)
         out = np.empty(SPEED + self.airframe.n)
         contact, impact = self._advance(
             world.r, world.v, world.R, world.omega, world.speed, world.contact,
-            asked, self._numbers, self._allocation, self._mixer, float(dt), n, out,
+            asked, numbers, self._allocation, mixer, float(dt), n, out,
         )  # fmt: skip
         return unpack(world.t + dt, out, contact, impact)
 
+    def laden(self, load: float) -> CompiledPlant:
+        """The same aircraft with `load` [kg] more at its centre of mass."""
+        return CompiledPlant(laden(self.airframe, load))
+
+    def _mixing(self, dead: tuple[int, ...]) -> tuple[Array, Array]:
+        """Numbers and mixer of an autopilot that does without the rotors in `dead`; made once."""
+        if dead not in self._without:
+            mixer, leak = reallocated(self._allocation, known_rotors(self.airframe, dead))
+            numbers = self._numbers.copy()
+            numbers[-3:] = leak
+            self._without[dead] = numbers, mixer
+        return self._without[dead]
+
+
+def laden(airframe: Airframe, load: float) -> Airframe:
+    """The airframe with `load` [kg] more at its centre of mass; its rotors drag as before.
+
+    Raises
+    ------
+    BadInput
+        Nothing is left of its mass.
+    """
+    m = airframe.m + load
+    if not 0.0 < m < inf:
+        raise BadInput(f"laden: {airframe.name} weighs {airframe.m:g} kg and cannot carry {load} kg.")
+    # The drag of the rotors is told per root of mass, and must not grow with it.
+    return airframe._replace(m=m, drag_rotor=airframe.drag_rotor * sqrt(airframe.m / m))
+
+
+def known_rotors(airframe: Airframe, dead: tuple[int, ...]) -> tuple[int, ...]:
+    """The same rotors, or a `BadInput` that names the one that is not there."""
+    for i in dead:
+        if not 0 <= i < airframe.n:
+            raise BadInput(
+                f"advance: rotor {i} is dead, but {airframe.name} has rotors 0 to {airframe.n - 1}."
+            )
+    return dead
+
 
 def inputs(
-    airframe: Airframe, world: World, command: Command, wind: Vec3, dt: float, n: int | None
+    airframe: Airframe,
+    world: World,
+    command: Command,
+    wind: Vec3,
+    dt: float,
+    n: int | None,
+    shares: Array | None = None,
 ) -> tuple[Array, int]:
-    """Thrust, rates and wind in one array (7,), and the number of inner steps; checked, for kernels do not look."""
+    """What is asked in one array (7 + rotors,), and the number of inner steps; checked, for kernels do not look.
+
+    Thrust, rates, wind, and what share of its thrust each motor makes.
+    """
     if not 0.0 < dt < inf or (n is not None and not 1 <= n < inf):
         raise BadInput(f"advance: dt is {dt} s and n is {n}; dt must be > 0 and n ≥ 1.")
     n = max(round(dt * RATE), 1) if n is None else int(n)
@@ -92,7 +149,8 @@ def inputs(
             f"advance: the world has {len(world.speed)} rotors, {airframe.name} has {airframe.n}. "
             "Make the world with this plant's init."
         )
-    asked = np.empty(7)
+    asked = np.empty(7 + airframe.n)
+    asked[7:] = 1.0 if shares is None else _checked(airframe, shares)
     try:
         asked[0], asked[1:4], asked[4:7] = command.f_d, command.omega_d, wind
         if len(command.omega_d) == 3 and len(wind) == 3:  # numpy would stretch a vector of one
@@ -103,3 +161,12 @@ def inputs(
         f"advance: f_d has shape {np.shape(command.f_d)}, omega_d {np.shape(command.omega_d)} and "
         f"wind {np.shape(wind)}; numbers of shape (), (3,) and (3,) are needed."
     )
+
+
+def _checked(airframe: Airframe, shares: Array) -> Array:
+    x = np.asarray(shares, dtype=float)
+    if x.shape != (airframe.n,) or not (np.isfinite(x).all() and (x >= 0.0).all()):
+        raise BadInput(
+            f"advance: shares are {x.tolist()}; {airframe.name} needs {airframe.n} numbers ≥ 0, one for each rotor."
+        )
+    return x

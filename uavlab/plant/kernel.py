@@ -43,6 +43,8 @@ def advance(
 ) -> tuple[bool, float]:  # fmt: skip
     """Write into `out` the world after `n` inner steps that last `dt` [s] together; return contact and impact.
 
+    `asked` (7 + rotors,): thrust, rates, wind, and the share of its thrust that each motor still makes.
+
     One inner step: the rate loop reads ω and commands the motors; the motors lag for half the step; the body moves
     under that thrust and torque; the motors lag for the other half. Plain arrays, because NamedTuples at this border
     would cost more than the flight inside; see `constants.pack` for `numbers` and `world.unpack` for `out`.
@@ -57,6 +59,8 @@ def advance(
     keep = exp(-0.5 * h / c.motor_tau)
     for _ in range(n):
         mix(f_d, rate_loop(body[3], omega_d, c), c, thrust)
+        for i in range(speed.size):
+            thrust[i] *= asked[7 + i]
         half_lag(speeds, thrust, keep, c)
         f, tau = wrench(speeds, c)
         if contact and acceleration(ZERO, body[2], f, wind, c)[2] > 0.0:
