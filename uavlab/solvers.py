@@ -7,7 +7,9 @@ first-order method: any problem, to a tolerance. `affine` finds what changes fro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
@@ -26,6 +28,17 @@ FEW = 8  # so many binding rows are found as quickly as they are told
 MISSED, NONE = 2, -1  # exits of DAQP: solved, but a soft row is missed; no solution
 ITERATIONS = 2000
 FLAT = 1e-9  # least eigenvalue of P beside its largest entry
+_UNSOLVED: ContextVar[bool] = ContextVar("uavlab_unsolved", default=False)
+
+
+@contextmanager
+def unsolved() -> Iterator[None]:
+    """Within it no solver of this thread finds a plan: whatever it is asked, it is LATE. A fault, made on purpose."""
+    before = _UNSOLVED.set(True)
+    try:
+        yield
+    finally:
+        _UNSOLVED.reset(before)
 
 
 class Affine(NamedTuple):
@@ -176,10 +189,9 @@ class Solver:
         """
         if not ((l <= u).all() and isfinite(q @ q)):
             checked(self.qp._replace(q=q, l=l, u=u))
-        sense = self._cold
-        if warm is not None and np.count_nonzero(warm.y) > FEW:
-            y = warm.y * self._hard
-            sense = sense + (y != 0.0).view(np.int8) + ((y < 0.0).view(np.int8) << 1)
+        if _UNSOLVED.get():
+            return self._none(LATE, 0, warm)
+        sense = self._begun(warm)
         if self._still.size:
             l, u, always = l.copy(), u.copy(), self._kept(l, u)
             l[self._still], u[self._still] = -1.0, 1.0
@@ -196,6 +208,13 @@ class Solver:
             return plan if plan.ok else self._none(plan.status, plan.iterations, warm)
         return self._none(INFEASIBLE if flag == NONE else LATE, info["iterations"], warm)
 
+    def _begun(self, warm: Plan | None) -> Array:
+        """What DAQP is told of the rows (m,): which are soft, and which hard ones bound in the plan before."""
+        if warm is None or np.count_nonzero(warm.y) <= FEW:
+            return self._cold
+        y = warm.y * self._hard
+        return self._cold + (y != 0.0).view(np.int8) + ((y < 0.0).view(np.int8) << 1)
+
     def _cost(self, z: Array, q: Array, l: Array, u: Array) -> float:
         """The same as `uavlab.qp.cost`, of what does not change looked up."""
         Az, soft = self._soft_rows @ z, self._soft
@@ -207,9 +226,13 @@ class Solver:
         return bool((l[self._still] <= 0.0).all() and (u[self._still] >= 0.0).all())
 
     def _none(self, status: str, iterations: int, warm: Plan | None) -> Plan:
-        n, m = self.qp.q.size, self.qp.l.size
-        z, y = (np.zeros(n), np.zeros(m)) if warm is None else warm[:2]
-        return Plan(z, y, status, inf, iterations)
+        return _none(self.qp, status, iterations, warm)
+
+
+def _none(qp: QP, status: str, iterations: int, warm: Plan | None) -> Plan:
+    """No plan: the old one, else zeros."""
+    z, y = (np.zeros(qp.q.size), np.zeros(qp.l.size)) if warm is None else warm[:2]
+    return Plan(z, y, status, inf, iterations)
 
 
 class Osqp:
@@ -250,6 +273,8 @@ class Osqp:
         qp = self.qp._replace(q=q, l=l, u=u)
         if not ((l <= u).all() and isfinite(q @ q)):
             checked(qp)
+        if _UNSOLVED.get():
+            return _none(self.qp, LATE, 0, warm)
         s = slacked(qp)
         self._model.update_settings(
             rho=self._rho
@@ -259,8 +284,7 @@ class Osqp:
         found = self._model.solve(raise_error=False)
         status = {"solved": SOLVED, "primal infeasible": INFEASIBLE}.get(found.info.status, LATE)
         if status != SOLVED:
-            z, y = (np.zeros(q.size), np.zeros(l.size)) if warm is None else warm[:2]
-            return Plan(z, y, status, inf, found.info.iter)
+            return _none(self.qp, status, found.info.iter, warm)
         return unslacked(qp, Plan(found.x, found.y, status, found.info.obj_val, found.info.iter))
 
     def _start(self, qp: QP, warm: Plan | None) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Say what there is: scenarios, airframes, instruments, labs, data sets."""
+"""Say what there is: scenarios, airframes, instruments, parts, faults, labs, data sets."""
 
 from __future__ import annotations
 
@@ -66,6 +66,12 @@ def _airframes() -> list[tuple[str, ...]]:
     return rows
 
 
+def _parts() -> list[tuple[str, ...]]:
+    from uavlab.flight.known import listed
+
+    return list(listed())
+
+
 def _labs() -> list[tuple[str, ...]]:
     from uavlab.exercises.spec import STEMS, exercises, lab
 
@@ -100,11 +106,19 @@ def _kits() -> list[tuple[str, ...]]:
     return [(name, f"{make.__doc__} Carries {', '.join(make())}.") for name, make in KITS.items()]
 
 
+def _faults() -> list[tuple[str, ...]]:
+    from uavlab.flight.injected import KINDS as kinds
+
+    return list(kinds.items())
+
+
 KINDS = {
     "scenarios": _scenarios,
     "airframes": _airframes,
     "instruments": _instruments,
     "kits": _kits,
+    "parts": _parts,
+    "faults": _faults,
     "labs": _labs,
     "datasets": _datasets,
 }

@@ -11,6 +11,8 @@ from zlib import crc32
 
 import numpy as np
 
+from uavlab.flight.damage import breakable
+from uavlab.flight.fault import told as faults_told
 from uavlab.flight.fill import Filled, stack
 from uavlab.flight.injected import Injected
 from uavlab.flight.log import Log
@@ -78,6 +80,7 @@ def fly(
         provenance |= plant.provenance
         plant = plant.part
     world_of = plant or CompiledPlant(airframe)
+    breakable(scenario, world_of)
 
     ticks = round(scenario.duration * scenario.rate)
     faults = Injected(scenario.faults, airframe)
@@ -153,6 +156,8 @@ def _told(report: Report, scenario: Scenario) -> dict[str, Any]:
         told["events"] = [list(event) for event in report.events]
         swaps = [list(x) for x in report.events if x.kind in SWAPPED]
         told |= {"swaps": swaps} if swaps else {}
+    if scenario.faults:
+        told["faults"] = faults_told(scenario.faults, scenario.duration)
     if scenario.area is not None:
         told["area"] = scenario.area.told()
     if scenario.obstacles:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from uavlab.errors import BadInput
-from uavlab.flight.fault import Fault
+from uavlab.flight.fault import Fault, checked_faults
 from uavlab.interfaces import Mission, Stack
 from uavlab.plant import CALM, Wind
 from uavlab.plant.obstacles import Obstacle
@@ -61,6 +61,7 @@ def checked(scenario: Scenario) -> Scenario:
                 f"multiple of {slow} ({getattr(scenario, slow):g} Hz)."
             )
     _check_swaps(scenario)
+    checked_faults(scenario)
     return scenario
 
 

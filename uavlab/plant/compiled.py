@@ -113,7 +113,9 @@ def laden(airframe: Airframe, load: float) -> Airframe:
     """
     m = airframe.m + load
     if not 0.0 < m < inf:
-        raise BadInput(f"laden: {airframe.name} weighs {airframe.m:g} kg and cannot carry {load} kg.")
+        raise BadInput(
+            f"laden: {airframe.name} weighs {airframe.m:g} kg and cannot carry {load} kg."
+        )
     # The drag of the rotors is told per root of mass, and must not grow with it.
     return airframe._replace(m=m, drag_rotor=airframe.drag_rotor * sqrt(airframe.m / m))
 

@@ -24,6 +24,13 @@ def half_lag(speed: Array, thrust: Array, keep: float, c: Constants) -> None:
 
 
 @kernel
+def weaken(thrust: Array, asked: Array) -> None:
+    """Leave of each rotor's `thrust` (n,) [N] the share that its motor makes; `asked` as in `advance`."""
+    for i in range(thrust.size):
+        thrust[i] *= asked[7 + i]
+
+
+@kernel
 def wrench(speed: Array, c: Constants) -> tuple[float, V]:
     """Collective thrust [N] and torque [N m], body, of rotors at `speed` (n,) [rad/s] (Spica eq. 1)."""
     f, x, y, z = 0.0, 0.0, 0.0, 0.0
@@ -59,8 +66,7 @@ def advance(
     keep = exp(-0.5 * h / c.motor_tau)
     for _ in range(n):
         mix(f_d, rate_loop(body[3], omega_d, c), c, thrust)
-        for i in range(speed.size):
-            thrust[i] *= asked[7 + i]
+        weaken(thrust, asked)
         half_lag(speeds, thrust, keep, c)
         f, tau = wrench(speeds, c)
         if contact and acceleration(ZERO, body[2], f, wind, c)[2] > 0.0:
