@@ -32,12 +32,14 @@ GNSS = ("imu.heading_rate", "magnetometer.heading", "gnss.velocity", "gnss.posit
 RTK = ("imu.heading_rate", "magnetometer.heading", "rtk.velocity", "rtk.position", "rtk.height")
 SLAM = ("imu.heading_rate", "slam.heading", "slam.position", "slam.height")
 FLOW = ("imu.heading_rate", "flow.velocity", "rangefinder.height")
+MOCAP = ("imu.heading_rate", "mocap.heading", "mocap.position", "mocap.height")
 MEMBERS: Mapping[str, tuple[str, ...]] = {
     "gnss": GNSS,
     "rtk": RTK,
     "slam": SLAM,
     "flow": FLOW,
     "flow+slam": (*SLAM[:2], "flow.velocity", *SLAM[2:]),
+    "mocap": MOCAP,
 }
 VARIANCES: Mapping[str, float] = {  # of the instruments as they come in `uavlab.sensors`
     "imu.heading_rate": 1e-4,  # the bias at switch-on is most of it
@@ -52,6 +54,9 @@ VARIANCES: Mapping[str, float] = {  # of the instruments as they come in `uavlab
     "slam.position": 1e-3,
     "slam.height": 1e-3,
     "flow.velocity": 1e-2,
+    "mocap.heading": 1e-5,
+    "mocap.position": 1e-5,  # a millimetre of noise; the age of a pose makes as much in flight
+    "mocap.height": 1e-5,
     "rangefinder.height": 1e-2,
     "barometer.height": 0.1,
 }
