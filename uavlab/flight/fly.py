@@ -205,7 +205,12 @@ class _Sensors:
     """The instruments aboard, each with its own memory and generator."""
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
-        self.of = scenario.sensors
+        self.of = {  # some look at what stands in the way
+            name: sensor._replace(obstacles=scenario.obstacles)
+            if hasattr(sensor, "obstacles")
+            else sensor
+            for name, sensor in scenario.sensors.items()
+        }
         self.rng = {name: _generator(seed, name) for name in self.of}
         self.memory = {name: sensor.init(self.rng[name]) for name, sensor in self.of.items()}
 

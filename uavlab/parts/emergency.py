@@ -90,9 +90,7 @@ class Emergency:
         if not _numbers(R):
             return memory, memory.command or Command(memory.m_e * GRAVITY, np.zeros(3), np.zeros(3))
         missing, a = self._wanted(estimate, reference)
-        if (
-            memory.handover.last is None
-        ):  # else that command flies on for this step, and nothing is learned
+        if memory.handover.last is None:  # else that command flies on, and nothing is learned
             memory = self._learned(memory, missing, dt)
         m_e = memory.m_e
         f = limited_tilt(m_e * (a + memory.d + _G), self.tilt)

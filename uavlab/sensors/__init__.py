@@ -7,12 +7,23 @@ from uavlab.sensors.faults import NO_OUTLIERS, Jump, Outliers
 from uavlab.sensors.flow import FlowCamera
 from uavlab.sensors.gnss import Gnss
 from uavlab.sensors.imu import ImuSensor
-from uavlab.sensors.kits import INSTRUMENTS, KITS, carry, indoor, laboratory, outdoor, survey
+from uavlab.sensors.kits import (
+    INSTRUMENTS,
+    KITS,
+    carry,
+    guarded,
+    indoor,
+    laboratory,
+    outdoor,
+    survey,
+)
 from uavlab.sensors.line import Outage, Sensor
 from uavlab.sensors.magnetometer import Disturbance, Magnetometer, earth_field
 from uavlab.sensors.mocap import Mocap
 from uavlab.sensors.rangefinder import Rangefinder
+from uavlab.sensors.remote import Hold, Receiver
 from uavlab.sensors.rtk import Rtk
+from uavlab.sensors.sectors import Scanner
 from uavlab.sensors.slam import Slam
 
 __all__ = [
@@ -25,6 +36,7 @@ __all__ = [
     "Disturbance",
     "FlowCamera",
     "Gnss",
+    "Hold",
     "ImuSensor",
     "Jump",
     "Magnetometer",
@@ -32,11 +44,14 @@ __all__ = [
     "Outage",
     "Outliers",
     "Rangefinder",
+    "Receiver",
     "Rtk",
+    "Scanner",
     "Sensor",
     "Slam",
     "carry",
     "earth_field",
+    "guarded",
     "indoor",
     "laboratory",
     "outdoor",

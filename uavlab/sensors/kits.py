@@ -15,7 +15,9 @@ from uavlab.sensors.imu import ImuSensor
 from uavlab.sensors.magnetometer import Magnetometer
 from uavlab.sensors.mocap import Mocap
 from uavlab.sensors.rangefinder import Rangefinder
+from uavlab.sensors.remote import Receiver
 from uavlab.sensors.rtk import Rtk
+from uavlab.sensors.sectors import Scanner
 from uavlab.sensors.slam import Slam
 
 # The name under which a scenario carries an instrument is the name under which its readings arrive.
@@ -31,6 +33,8 @@ INSTRUMENTS: Mapping[str, type[Any]] = {
     "slam": Slam,
     "mocap": Mocap,
     "bearings": BeaconCamera,
+    "sectors": Scanner,
+    "remote": Receiver,
 }
 
 
@@ -68,9 +72,15 @@ def survey() -> dict[str, Any]:
     return {**outdoor(), **indoor(), **carry("rtk")}
 
 
+def guarded() -> dict[str, Any]:
+    """A laboratory, and what a pilot listens to beside the estimate: what is near, and who holds the sticks."""
+    return {**laboratory(), **carry("sectors", "remote")}
+
+
 KITS: Mapping[str, Callable[[], dict[str, Any]]] = {
     "laboratory": laboratory,
     "indoor": indoor,
     "outdoor": outdoor,
     "survey": survey,
+    "guarded": guarded,
 }
