@@ -28,10 +28,10 @@ def rate_loop(omega: V, omega_d: V, c: Constants) -> V:
 @kernel
 def mix(f: float, tau: V, c: Constants, out: Array) -> None:
     """Write into `out` (n,) the rotor thrusts [N] for thrust f and torque τ, or what the rotors can of them."""
-    fits, turn = True, tau[2] - leaked(f, 1.0, tau, c)
+    fits = True
     for i in range(out.size):
         P = c.mixer[i]
-        out[i] = P[0] * f + (P[1] * tau[0] + P[2] * tau[1]) + P[3] * turn
+        out[i] = P[0] * f + (P[1] * tau[0] + P[2] * tau[1]) + P[3] * tau[2]
         fits = fits and c.thrust_min <= out[i] <= c.thrust_max
     if fits:
         return
@@ -39,17 +39,10 @@ def mix(f: float, tau: V, c: Constants, out: Array) -> None:
     f = nearest_thrust(f, share, tau, c)
     for i in range(out.size):
         out[i] = c.mixer[i, 0] * f + share * tilt_part(i, tau, c)
-    turn = tau[2] - leaked(f, share, tau, c)
-    share = yaw_share(turn, c, out)
+    share = yaw_share(tau[2], c, out)
     for i in range(out.size):
-        asked = out[i] + share * c.mixer[i, 3] * turn
+        asked = out[i] + share * c.mixer[i, 3] * tau[2]
         out[i] = min(max(asked, c.thrust_min), c.thrust_max)  # only rounding is left to clip
-
-
-@kernel
-def leaked(f: float, share: float, tau: V, c: Constants) -> float:
-    """Yaw torque [N m] that thrust f and this share of the tilt torque bring along: 0 while all rotors turn."""
-    return c.leak[0] * f + share * (c.leak[1] * tau[0] + c.leak[2] * tau[1])
 
 
 @kernel

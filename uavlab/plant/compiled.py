@@ -9,7 +9,7 @@ import numpy as np
 
 from uavlab.errors import BadInput
 from uavlab.plant.airframe import Airframe
-from uavlab.plant.reallocation import reallocated
+from uavlab.plant.reallocation import Reallocation, reallocated
 from uavlab.plant.world import SPEED, World, first_world, unpack
 from uavlab.types import Array, Command, State, Vec3
 
@@ -32,7 +32,7 @@ class CompiledPlant:
 
         self.airframe = airframe
         self._numbers, self._allocation, self._mixer = constants.pack(airframe)
-        self._without: dict[tuple[int, ...], tuple[Array, Array]] = {}
+        self._without: dict[tuple[int, ...], Reallocation] = {}
         self._advance = kernel.advance
 
     def init(self, state: State) -> World:
@@ -72,7 +72,7 @@ class CompiledPlant:
         shares : Array, optional
             Of the thrust that is asked of it, what each motor still makes, (n,); all of it if nothing is said.
         dead : tuple of int
-            Rotors that the autopilot knows to stand still, and does without.
+            Rotors that the autopilot knows to be dead, and does without (`uavlab.plant.reallocation`).
 
         Raises
         ------
@@ -81,11 +81,14 @@ class CompiledPlant:
             negative, or there is no such rotor.
         """
         asked, n = inputs(self.airframe, world, command, wind, dt, n, shares)
-        numbers, mixer = self._mixing(dead) if dead else (self._numbers, self._mixer)
+        mixer = self._mixer
+        if dead:
+            mixer, still = self._reallocated(dead)
+            asked[[7 + i for i in still]] = 0.0
         out = np.empty(SPEED + self.airframe.n)
         contact, impact = self._advance(
             world.r, world.v, world.R, world.omega, world.speed, world.contact,
-            asked, numbers, self._allocation, mixer, float(dt), n, out,
+            asked, self._numbers, self._allocation, mixer, float(dt), n, out,
         )  # fmt: skip
         return unpack(world.t + dt, out, contact, impact)
 
@@ -93,13 +96,11 @@ class CompiledPlant:
         """The same aircraft with `load` [kg] more at its centre of mass."""
         return CompiledPlant(laden(self.airframe, load))
 
-    def _mixing(self, dead: tuple[int, ...]) -> tuple[Array, Array]:
-        """Numbers and mixer of an autopilot that does without the rotors in `dead`; made once."""
+    def _reallocated(self, dead: tuple[int, ...]) -> Reallocation:
+        """What the autopilot does without the rotors in `dead`; made once."""
         if dead not in self._without:
-            mixer, leak = reallocated(self._allocation, known_rotors(self.airframe, dead))
-            numbers = self._numbers.copy()
-            numbers[-3:] = leak
-            self._without[dead] = numbers, mixer
+            known_rotors(self.airframe, dead)
+            self._without[dead] = reallocated(self.airframe, self._allocation, dead)
         return self._without[dead]
 
 
@@ -120,14 +121,19 @@ def laden(airframe: Airframe, load: float) -> Airframe:
     return airframe._replace(m=m, drag_rotor=airframe.drag_rotor * sqrt(airframe.m / m))
 
 
-def known_rotors(airframe: Airframe, dead: tuple[int, ...]) -> tuple[int, ...]:
-    """The same rotors, or a `BadInput` that names the one that is not there."""
+def known_rotors(airframe: Airframe, dead: tuple[int, ...]) -> None:
+    """Refuse rotors that are not there.
+
+    Raises
+    ------
+    BadInput
+        Names the rotor.
+    """
     for i in dead:
         if not 0 <= i < airframe.n:
             raise BadInput(
                 f"advance: rotor {i} is dead, but {airframe.name} has rotors 0 to {airframe.n - 1}."
             )
-    return dead
 
 
 def inputs(

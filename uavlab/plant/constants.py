@@ -12,8 +12,6 @@ from uavlab.plant.jit import kernel
 from uavlab.plant.vectors import M, V, three
 from uavlab.types import Array
 
-LEAK = 28  # where the leak stands in the numbers
-
 
 class Constants(NamedTuple):
     """Numbers of an airframe, as the compiled functions see them."""
@@ -30,20 +28,19 @@ class Constants(NamedTuple):
     J_inv: M  # [1/(kg m²)]
     allocation: Array  # (4, n) rotor thrusts → (f, τ)
     mixer: Array  # (n, 4) (f, τ) → rotor thrusts
-    leak: V  # yaw torque per f [m] and tilt torque [1] that the mixer's first columns make; 0 while all rotors turn
 
 
 def pack(airframe: Airframe) -> tuple[Array, Array, Array]:
-    """The constants of an airframe as three arrays: numbers (31,), allocation (4, n), mixer (n, 4).
+    """The constants of an airframe as three arrays: numbers (28,), allocation (4, n), mixer (n, 4).
 
-    The mixer is the least-norm inverse of the allocation, and leaks nothing into yaw.
+    The mixer is the least-norm inverse of the allocation.
 
     Raises
     ------
     BadInput
         A number is not finite, or mass, motor lag or thrust coefficient are not positive.
     """
-    parts = {name: np.ravel(getattr(airframe, name)) for name in Constants._fields[:-3]}
+    parts = {name: np.ravel(getattr(airframe, name)) for name in Constants._fields[:-2]}
     parts["allocation"] = np.array(airframe.allocation, dtype=float, order="C")
     for name, value in parts.items():
         if not np.isfinite(value).all():
@@ -52,7 +49,7 @@ def pack(airframe: Airframe) -> tuple[Array, Array, Array]:
         if not parts[name][0] > 0.0:
             raise BadInput(f"{airframe.name}: {name} is {parts[name][0]:g}; it must be > 0.")
     allocation = parts.pop("allocation")
-    numbers = np.concatenate((*parts.values(), np.zeros(3)))
+    numbers = np.concatenate(list(parts.values()))
     return numbers, allocation, np.ascontiguousarray(np.linalg.pinv(allocation))
 
 
@@ -72,5 +69,4 @@ def unpacked(numbers: Array, allocation: Array, mixer: Array) -> Constants:
         (three(numbers, 19), three(numbers, 22), three(numbers, 25)),
         allocation,
         mixer,
-        three(numbers, LEAK),
     )

@@ -16,9 +16,6 @@ from uavlab.plant.reallocation import reallocated
 from uavlab.plant.world import World, first_world, total_force
 from uavlab.types import Array, Command, Mat3, State, StateRate, Vec3
 
-WHOLE = np.zeros(3)  # the leak of a mixer that has all rotors
-WHOLE.setflags(write=False)
-
 
 @final
 @dataclass(frozen=True)
@@ -69,11 +66,15 @@ class ReadablePlant:
         """The world `dt` [s] later, in `n` inner steps; as `CompiledPlant.advance`."""
         asked, n = inputs(self.airframe, world, command, wind, dt, n, shares)
         f_d, omega_d, wind, left = asked[0], asked[1:4], asked[4:7], asked[7:]
-        mixing = self._mixing(dead) if dead else (self.mixer, WHOLE)
+        mixer = self.mixer
+        if dead:
+            known_rotors(self.airframe, dead)
+            mixer, still = reallocated(self.airframe, self.allocation, dead)
+            left[list(still)] = 0.0
         state, speed, contact, impact = world.state, world.speed, world.contact, 0.0
         a, h = self.airframe, dt / n
         for _ in range(n):
-            thrust = left * self.mix(f_d, self.rate_loop(state.omega, omega_d), *mixing)
+            thrust = left * self.mix(f_d, self.rate_loop(state.omega, omega_d), mixer)
             target = np.sqrt(thrust / a.thrust_coefficient)
             speed = self.motor_step(speed, target, a.motor_tau, h / 2)
             f, *tau = self.allocation @ (a.thrust_coefficient * speed**2)
@@ -99,18 +100,14 @@ class ReadablePlant:
         """The same aircraft with `load` [kg] more at its centre of mass."""
         return replace(self, airframe=laden(self.airframe, load))
 
-    def _mixing(self, dead: tuple[int, ...]) -> tuple[Array, Vec3]:
-        return reallocated(self.allocation, known_rotors(self.airframe, dead))
-
-    def mix(self, f: float, tau: Vec3, mixer: Array | None = None, leak: Vec3 = WHOLE) -> Array:
+    def mix(self, f: float, tau: Vec3, mixer: Array | None = None) -> Array:
         """Rotor thrusts (n,) [N] for thrust f and torque τ; at saturation yaw gives way, then f, then tilt.
 
-        Another mixer (n, 4) may leak yaw torque: `leak` (3,) per f and tilt torque (`uavlab.plant.reallocation`).
+        By its own mixer, or by another one (n, 4).
         """
         mixer = self.mixer if mixer is None else mixer
         low, high = self.airframe.thrust_min, self.airframe.thrust_max
-        p, q = mixer[:, 0], mixer[:, 1:3] @ tau[:2]
-        y = mixer[:, 3] * (tau[2] - leak[0] * f - leak[1:] @ tau[:2])
+        p, q, y = mixer[:, 0], mixer[:, 1:3] @ tau[:2], mixer[:, 3] * tau[2]
         asked = p * f + q + y
         if (asked >= low).all() and (asked <= high).all():
             return asked
@@ -123,7 +120,6 @@ class ReadablePlant:
         f = max(f, np.max(lowest - share * tilt, initial=-np.inf))
         f = min(f, np.min(highest - share * tilt, initial=np.inf))
         base = p * f + share * q
-        y = mixer[:, 3] * (tau[2] - leak[0] * f - share * (leak[1:] @ tau[:2]))
         over, under = (y > 0.0) & (y > high - base), (y < 0.0) & (y < low - base)
         share = min(
             np.min(np.maximum(high - base[over], 0.0) / y[over], initial=1.0),

@@ -1,48 +1,54 @@
-"""Control allocation without the rotors that are known to stand still: tilt and thrust first, yaw with what is left.
+"""Control allocation without the rotors that are known to stand still: thrust and tilt are kept, yaw if it can be.
 
-A hexacopter whose rotors turn left and right by turns cannot hover on five rotors without turning unless the rotor
-opposite the dead one stands still, too. Thrust and tilt are therefore shared out as if nobody cared for yaw; what yaw
-torque that makes (the leak) is taken back within what changes neither, as far as the rotors' limits let it.
+A hexacopter whose rotors turn left and right by turns cannot hover on five rotors without turning itself, unless the
+one opposite the dead one makes no thrust at all. Left to idle, that one turns an F550 by 0.19 rad/s more each second,
+and after a quarter of a minute nobody can steer it any more. So it is stopped, too, and yaw is given up: on four rotors
+what tilt does to yaw comes back when the tilt does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from typing import NamedTuple
 
 import numpy as np
 
-from uavlab.types import Array, Vec3
+from uavlab.plant.airframe import Airframe
+from uavlab.types import GRAVITY, Array
 
 TINY = 1e-12  # beside the largest entry: rounding, which the mixer must not take for a rotor that can carry
-SPENT = 1e-9  # of the yaw row: so little of it is free of thrust and tilt that yaw is given up
+RANK = 1e-6  # singular values below are none, as `uavlab.plant.airframe.build_airframe` has it
 
 
-def reallocated(allocation: Array, dead: Collection[int]) -> tuple[Array, Vec3]:
-    """The mixer without the rotors in `dead`.
+class Reallocation(NamedTuple):
+    """What an autopilot does when rotors are dead."""
+
+    mixer: Array  # (n, 4) thrust and torque, body → rotor thrusts; zeros for who stands still, and for yaw given up
+    still: tuple[int, ...]  # who gets no thrust: the dead, and whom the autopilot stops
+
+
+def reallocated(airframe: Airframe, allocation: Array, dead: tuple[int, ...]) -> Reallocation:
+    """The least-norm allocation to the rotors that are left.
+
+    Rotors that would have to carry less in hover than they do when they idle are stopped as well. If there are such, or
+    the others cannot make yaw by itself, yaw is given up.
 
     Parameters
     ----------
+    airframe : Airframe
+        Its weight, and the least thrust of a rotor.
     allocation : Array
         Shape (4, n), rotor thrusts [N] to thrust [N] and torque [N m], body.
-    dead : collection of int
-        Rotors that get no thrust.
-
-    Returns
-    -------
-    Array
-        Shape (n, 4): thrust and tilt torque → least-norm rotor thrusts, whatever they do to yaw; and yaw torque →
-        least-norm rotor thrusts that change neither thrust nor tilt. Zeros where yaw cannot be had so.
-    Vec3
-        Shape (3,), the leak: body yaw torque per thrust [m] and per tilt torque [1] that the first three columns make.
+    dead : tuple of int
+        Rotors that make no thrust.
     """
     n = allocation.shape[1]
     alive = [i for i in range(n) if i not in dead]
-    carry, yaw = allocation[:3, alive], allocation[3, alive]
-    P = np.linalg.pinv(carry)
-    free = yaw - P @ (carry @ yaw)  # the part of the yaw row that moves neither thrust nor tilt
-    reach = float(free @ free)
-    column = free / reach if reach > SPENT * float(yaw @ yaw) else np.zeros(len(alive))
+    rows = 4 if np.linalg.matrix_rank(allocation[:, alive], tol=RANK) == 4 else 3
+    if rows == 4:
+        hover = np.linalg.pinv(allocation[:, alive])[:, 0] * airframe.m * GRAVITY
+        carry = [i for i, f in zip(alive, hover, strict=True) if f >= airframe.thrust_min]
+        rows, alive = (4, alive) if carry == alive else (3, carry)
     mixer = np.zeros((n, 4))
-    mixer[alive] = np.column_stack((P, column))
+    mixer[alive, :rows] = np.linalg.pinv(allocation[:rows, alive])
     mixer[np.abs(mixer) < TINY * np.abs(mixer).max(initial=0.0)] = 0.0
-    return mixer, yaw @ P
+    return Reallocation(mixer, tuple(i for i in range(n) if i not in alive))
