@@ -16,6 +16,7 @@ from uavlab.sensors import (
     Mocap,
     Outage,
     Rangefinder,
+    Receiver,
     Sensor,
 )
 
@@ -24,6 +25,7 @@ READY = {
     "flow": FlowCamera(lowest=0.0),
     "rangefinder": Rangefinder(nearest=0.0, bias=1.0),
     "bearings": BeaconCamera(axis=np.array((0.0, 0.0, 1.0)), view=2.0),
+    "remote": Receiver(tremble=0.1),
 }
 ALL = [READY.get(name, kind()) for name, kind in INSTRUMENTS.items()]
 

@@ -8,6 +8,14 @@ from typing import NamedTuple, final
 import numpy as np
 
 from uavlab.errors import BadInput
+from uavlab.sensors.faults import (
+    NO_OUTLIERS,
+    Jump,
+    Outliers,
+    check_faults,
+    jumped,
+    outlier,
+)
 from uavlab.sensors.line import (
     Line,
     Outage,
@@ -44,6 +52,12 @@ class Receiver(NamedTuple):
     tremble: float = 0.0  # standard deviation of the hand, of the way of a stick
     dropout: float = 0.0  # probability that a message is lost
     outages: tuple[Outage, ...] = ()
+    jumps: tuple[
+        Jump, ...
+    ] = ()  # by, of push and turn (4,), of the way of a stick: a trim that slipped
+    outliers: Outliers = (
+        NO_OUTLIERS  # size, of the way of a stick: somebody else on the same channel
+    )
 
     def init(self, rng: np.random.Generator) -> Line:
         """Switch on.
@@ -55,6 +69,7 @@ class Receiver(NamedTuple):
         """
         check_line("remote", self.rate, self.delay, self.dropout, self.outages)
         check_sizes("remote", tremble=self.tremble)
+        check_faults("remote", self.dropout, self.jumps, self.outliers, by=4)
         last = -np.inf
         for k, hold in enumerate(self.holds):
             t, _, push, turn, _ = Hold(*hold)
@@ -77,7 +92,8 @@ class Receiver(NamedTuple):
         if since >= 0.0:
             white, chance = rng.standard_normal(4), rng.random()
             if not lost(world.t, chance, self.dropout, self.outages):
-                line = send(line, self._held(world.t, self.tremble * white))
+                off = jumped(world.t, self.jumps)[0] + outlier(chance, self.outliers, 4)[0]
+                line = send(line, self._held(world.t, self.tremble * white + off))
         line, arrived = receive(line, world.t, self.delay)
         return line, arrived  # type: ignore[return-value]
 

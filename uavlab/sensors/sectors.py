@@ -11,7 +11,14 @@ import numpy as np
 from uavlab.errors import BadInput
 from uavlab.frames import heading, wrap
 from uavlab.plant.obstacles import Obstacle
-from uavlab.sensors.faults import check_number
+from uavlab.sensors.faults import (
+    NO_OUTLIERS,
+    Jump,
+    Outliers,
+    check_faults,
+    jumped,
+    outlier,
+)
 from uavlab.sensors.line import (
     Line,
     Outage,
@@ -42,6 +49,10 @@ class Scanner(NamedTuple):
     reach: float = 20.0  # [m]
     dropout: float = 0.0  # probability that a turn is lost
     outages: tuple[Outage, ...] = ()
+    jumps: tuple[
+        Jump, ...
+    ] = ()  # by [m], of all beams or of the n and the one down: dirt on the window
+    outliers: Outliers = NO_OUTLIERS  # size [m]: rain, a bird; also where there is nothing
     obstacles: tuple[Obstacle, ...] = ()  # those of the scenario, when it flies
 
     def init(self, rng: np.random.Generator) -> Line:
@@ -54,9 +65,9 @@ class Scanner(NamedTuple):
         """
         check_line("sectors", self.rate, self.delay, self.dropout, self.outages)
         check_sizes("sectors", noise=self.noise, reach=self.reach)
-        check_number("sectors", "dropout", self.dropout, 0.0, 1.0, "")
         if not (isinstance(self.n, int) and self.n >= 2):
             raise BadInput(f"sectors: n is {self.n}; it must be a whole number of 2 or more.")
+        check_faults("sectors", self.dropout, self.jumps, self.outliers, by=self.n + 1)
         return Line()
 
     def step(
@@ -71,8 +82,12 @@ class Scanner(NamedTuple):
                     around(world.r, heading(world.R), self.obstacles, self.n),
                     world.r[2] - floor(world.r, self.obstacles),
                 )
-                d = np.maximum(true + self.noise * white, 0.0)
-                d = np.where(d <= self.reach, d, inf)
+                d = (
+                    np.minimum(true + self.noise * white, self.reach)
+                    + jumped(world.t, self.jumps)[0]
+                )
+                d = np.maximum(d + outlier(chance, self.outliers, self.n + 1)[0], 0.0)
+                d = np.where(d < self.reach, d, inf)
                 line = send(line, Sectors(world.t, d[:-1], float(d[-1]), inf))
         line, arrived = receive(line, world.t, self.delay)
         return line, arrived  # type: ignore[return-value]
