@@ -16,6 +16,7 @@ from uavlab.parts.adaptive import AdaptiveController
 from uavlab.parts.bank import BankEstimator, chosen, fused
 from uavlab.parts.complementary import ComplementaryEstimator, CoupledEstimator
 from uavlab.parts.controllers import Handover, HeadingController, TiltAxis
+from uavlab.parts.emergency import Emergency
 from uavlab.parts.estimator_slot import EstimatorSlot
 from uavlab.parts.estimators import AlphaBetaGamma
 from uavlab.parts.failsafe import Failsafe
@@ -64,7 +65,7 @@ TRACKERS = [
 CONTROLLERS = [
     TiltAxis(MASS), HEADING.part, fill(AdaptiveController, mass=MASS).part,
     GeometricController(MASS), GeometricController(MASS, gain_group("T650-sim-2020", "tight")),
-    MpcController(MASS), Failsafe(MASS, ThrustCurve(0.16, -0.176)),
+    MpcController(MASS), Failsafe(MASS, ThrustCurve(0.16, -0.176)), Emergency(MASS),
     Slot({"heading": HEADING.part, "tilt": TiltAxis(MASS)}),
 ]  # fmt: skip
 MISSIONS = [
@@ -235,7 +236,7 @@ def test_a_controller_that_takes_over_repeats_the_last_command_and_then_lets_go(
     for _ in range(2000):
         memory, later = part.step(memory, estimate, reference, DT)
     if isinstance(
-        part, AdaptiveController | GeometricController | MpcController | Failsafe
+        part, AdaptiveController | GeometricController | MpcController | Failsafe | Emergency
     ):  # it has learned meanwhile, or comes down: another command is right
         assert memory.handover == Handover(None, None)
         return
