@@ -58,6 +58,15 @@ def random_start(rng: np.random.Generator):
     return state((0, 0, z), *(rng.normal(size=3) * scale * s for s in (5, 2, 5)))
 
 
+def damage(rng: np.random.Generator, airframe: Airframe) -> dict:
+    """Nothing, weak motors, or one that is dead and known to be."""
+    kind = rng.integers(3)
+    if kind == 0:
+        return {}
+    shares = rng.uniform(0.0, 1.0, airframe.n)
+    return {"shares": shares} | ({"dead": (int(rng.integers(airframe.n)),)} if kind == 2 else {})
+
+
 def apart(a: World, b: World) -> float:
     """The largest difference, relative to what is large and absolute to what is small."""
     worst = 0.0
@@ -69,7 +78,7 @@ def apart(a: World, b: World) -> float:
 
 def test_twins_agree_on_random_aircraft_states_commands_and_winds(make_plant):
     rng = np.random.default_rng(5)
-    seen = {"contact": 0, "impact": 0, "saturated": 0, "lifted": 0}
+    seen = {"contact": 0, "impact": 0, "saturated": 0, "lifted": 0, "weak": 0, "dead": 0}
     for _ in range(100):
         airframe = random_airframe(rng)
         compiled = make_plant(airframe)
@@ -79,12 +88,15 @@ def test_twins_agree_on_random_aircraft_states_commands_and_winds(make_plant):
             thrust = airframe.m * 9.81 * rng.uniform(-0.3, 3.0)
             asked = command(thrust, rng.normal(size=3) * rng.choice((0.1, 1.0, 10.0)))
             wind, n = rng.normal(size=3) * 4, int(rng.integers(1, 12))
-            one = compiled.advance(world, asked, wind, 0.01, n)
-            two = readable.advance(world, asked, wind, 0.01, n)
+            broken = damage(rng, airframe)
+            one = compiled.advance(world, asked, wind, 0.01, n, **broken)
+            two = readable.advance(world, asked, wind, 0.01, n, **broken)
             assert apart(one, two) < 1e-12
             assert (one.contact, type(one.contact)) == (two.contact, bool)
             seen["contact"] += one.contact
             seen["impact"] += one.impact > 0
+            seen["weak"] += "shares" in broken
+            seen["dead"] += bool(broken.get("dead"))
             seen["lifted"] += world.contact and not one.contact
             seen["saturated"] += not 0 < thrust < airframe.n * airframe.thrust_max
             world = one
@@ -96,6 +108,15 @@ def test_twins_start_alike():
     start = state(v=(1, 2, 3), w=(0.1, 0.2, 0.3), omega=(1, 0, 0))
     readable = ReadablePlant(airframe, **REFERENCES)
     assert apart(CompiledPlant(airframe).init(start), readable.init(start)) == 0.0
+
+
+def test_twins_carry_the_same_load():
+    airframe = load_airframe("F550")
+    compiled = CompiledPlant(airframe).laden(0.4)
+    readable = ReadablePlant(airframe, **REFERENCES).laden(0.4)
+    world = compiled.init(state(v=(3, 1, 0), omega=(1, 0, 0)))
+    asked = command(25.0, (0.5, 0.0, 0.2))
+    assert apart(compiled.advance(world, asked), readable.advance(world, asked)) < 1e-12
 
 
 def test_the_readable_plant_is_filled_like_any_part():

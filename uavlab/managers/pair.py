@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from uavlab.errors import BadInput
 from uavlab.frames import Shift
 from uavlab.interfaces import Event, Goal, Memory, Readings, Report
-from uavlab.orders import ORDERS, Order, Use
+from uavlab.orders import ORDERS, Order, Unheard, Use
 from uavlab.parts.slot import FIRST, TAKEN, Slot
 from uavlab.types import Command, Estimate, Reference
 
@@ -25,7 +25,7 @@ class Paired(NamedTuple):
 
 @dataclass(frozen=True)
 class Pair:
-    """A tracker and a controller. Of all orders it knows one: another part in a slot."""
+    """A tracker and a controller. Of all orders it knows another part in a slot; unheard, it keeps its last goal."""
 
     tracker: Any
     controller: Any
@@ -60,6 +60,8 @@ class Pair:
         for one in asked:
             if isinstance(one, Use) and one.slot in {"tracker", "controller"}:
                 uses[one.slot] = one.name
+            elif isinstance(one, Unheard):
+                continue  # it has no other plan than its last goal
             elif isinstance(one, ORDERS):
                 raise BadInput(
                     f"{one!r} is an order, and nobody here can obey it; fly with uavlab.piloted(...)."
