@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from truth import kept, watch
 
+from uavlab import scenarios
 from uavlab.errors import BadInput
 from uavlab.frames import Shift, moved
 from uavlab.sensors import Hold, Jump, Outage, Receiver
@@ -72,3 +73,34 @@ def test_sticks_are_the_same_in_every_world():
 def test_sticks_that_cannot_be_held_so_are_refused(holds, said):
     with pytest.raises(BadInput, match=said):
         Receiver(holds=holds).init(np.random.default_rng(0))
+
+
+SAID = """
+airframe = "F450"
+duration = 1.0
+[mission]
+kind = "waypoints"
+stops = [{ t = 0.0, r = [0, 0, 2] }]
+[sensors]
+kit = "guarded"
+[sensors.sectors]
+n = 12
+[sensors.remote]
+holds = [{ t = 0.5, engaged = true, push = [1, 0, 0] }, { t = 0.8 }]
+"""
+
+
+def test_a_file_says_how_the_sticks_are_held(tmp_path):
+    path = tmp_path / "sticks.toml"
+    path.write_text(SAID)
+    carried = scenarios.load(str(path)).sensors
+    held = arrived(carried["remote"], 100)
+    assert [x.engaged for x in held] == [0.5 <= x.t + 1e-9 < 0.8 for x in held]
+    assert kept(watch(carried["sectors"], 1))[0].d.shape == (12,)
+
+
+def test_a_file_that_pushes_a_switch_half_way_is_refused(tmp_path):
+    path = tmp_path / "sticks.toml"
+    path.write_text(SAID.replace("engaged = true", "engaged = 0.5"))
+    with pytest.raises(BadInput, match="engaged is 0.5; it must be true or false"):
+        scenarios.load(str(path))

@@ -19,6 +19,7 @@ from uavlab.sensors import (
     INSTRUMENTS,
     KITS,
     Disturbance,
+    Hold,
     Jump,
     Outage,
     Outliers,
@@ -237,11 +238,16 @@ def _record(where: str, kind: Any, value: Any) -> Any:
     missing = [k for k in kind._fields if k not in kind._field_defaults and k not in value]
     if missing:
         raise BadInput(f"{where}: {missing[0]} is missing in {dict(value)}; add it.")
-    made = {
-        k: _array(f"{where}.{k}", v) if isinstance(v, list) else _one(f"{where}.{k}", v)
-        for k, v in value.items()
-    }
-    return kind(**made)
+    return kind(**{
+        k: _field(f"{where}.{k}", kind._field_defaults.get(k), v) for k, v in value.items()
+    })
+
+
+def _field(where: str, usual: Any, value: Any) -> Any:
+    """A field of a record: of the kind that it usually is."""
+    if isinstance(usual, bool):
+        return _switch(where, value)
+    return _array(where, value) if isinstance(value, list) else _one(where, value)
 
 
 # What a TOML value may be ------------------------------------------------------------------------------
@@ -318,6 +324,7 @@ _FIGURES: Mapping[str, Callable[[str, Any], Any]] = {
     **dict.fromkeys(("rate", "delay", "dropout"), _one),
     "jumps": _records(Jump),
     "disturbances": _records(Disturbance),
+    "holds": _records(Hold),
     "outliers": lambda where, value: _record(where, Outliers, value),
     "world": lambda where, value: _record(where, Shift, value),
     "closures": lambda where, value: tuple(_array(where, _as_list(where, value)).tolist()),

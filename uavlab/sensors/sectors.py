@@ -65,9 +65,9 @@ class Scanner(NamedTuple):
         """
         check_line("sectors", self.rate, self.delay, self.dropout, self.outages)
         check_sizes("sectors", noise=self.noise, reach=self.reach)
-        if not (isinstance(self.n, int) and self.n >= 2):
+        if not (self.n >= 2 and self.n % 1 == 0):  # a file may say 8.0
             raise BadInput(f"sectors: n is {self.n}; it must be a whole number of 2 or more.")
-        check_faults("sectors", self.dropout, self.jumps, self.outliers, by=self.n + 1)
+        check_faults("sectors", self.dropout, self.jumps, self.outliers, by=int(self.n) + 1)
         return Line()
 
     def step(
@@ -76,17 +76,18 @@ class Scanner(NamedTuple):
         """The turn that arrives now, if one does."""
         line, since = due(memory, world.t, self.rate)
         if since >= 0.0:
-            white, chance = rng.standard_normal(self.n + 1), rng.random()
+            n = int(self.n)
+            white, chance = rng.standard_normal(n + 1), rng.random()
             if not lost(world.t, chance, self.dropout, self.outages):
                 true = np.append(
-                    around(world.r, heading(world.R), self.obstacles, self.n),
+                    around(world.r, heading(world.R), self.obstacles, n),
                     world.r[2] - floor(world.r, self.obstacles),
                 )
                 d = (
                     np.minimum(true + self.noise * white, self.reach)
                     + jumped(world.t, self.jumps)[0]
                 )
-                d = np.maximum(d + outlier(chance, self.outliers, self.n + 1)[0], 0.0)
+                d = np.maximum(d + outlier(chance, self.outliers, n + 1)[0], 0.0)
                 d = np.where(d < self.reach, d, inf)
                 line = send(line, Sectors(world.t, d[:-1], float(d[-1]), inf))
         line, arrived = receive(line, world.t, self.delay)
