@@ -28,6 +28,7 @@ _FLIES = (
     "tqdm",
     "osqp",
     "daqp",
+    "shapely",
 )
 _TEACHES = {  # package → what for, what installs it
     "jupyterlab": ("opening the labs", "pip install 'uavlab[lab]'"),
