@@ -40,6 +40,37 @@ def circle_log(duration=6.0, dt=0.01, radius=3.0, exit_=Exit.DONE, reason="", **
     )  # fmt: skip
 
 
+AREA = {
+    "border": [[-6, -7], [6, -7], [7, 0], [6, 7], [-6, 7]], "low": 0.5, "high": 6.0, "margin": 0.5, "world": "",
+    "no_fly": [
+        {"name": "pond", "border": [[-1, -1], [1, -1], [1, 1], [0, 0.2], [-1, 1]], "low": -np.inf, "high": np.inf},
+        {"name": "tower", "border": [[4, 4], [5.5, 4], [5.5, 5.5], [4, 5.5]], "low": 0.0, "high": 3.0},
+    ],
+}  # fmt: skip
+LATE = "the reference is 1.62 m from the estimate; bound 1.5 m"
+EVENTS = [
+    [0.0, "mode", "ground", "begins"], [0.0, "tracker", "Landoff", "first"],
+    [0.0, "controller", "MpcController", "first"], [0.0, "limits", "slow", "first"],
+    [0.5, "mode", "taking off", "asked for"], [1.5, "mode", "flying", "at its height"],
+    [1.5, "tracker", "SpeedTracker", "taken over"], [2.0, "controller", "GeometricController", "taken over"],
+    [2.5, "refused", "Reference", "(8.0, 0.0, 2.0) m is outside of the area"],
+    [2.5, "controller", "tight", "refused: its f_d is nan"],
+    [3.0, "limits", "fast", "taken over"], [4.0, "safety", "control error", LATE],
+    [4.0, "mode", "emergency", LATE], [4.0, "tracker", "Landoff", "taken over"],
+    [5.8, "mode", "landed", "motors off"],
+]  # fmt: skip
+FAULTS = [["lost", 3.2, 6.0, "gnss", 0.0], ["motor", 3.5, 4.5, "2", 0.55]]
+
+
+def told_log(duration=6.0, exit_=Exit.LANDED, reason="", **meta):
+    """The circle with a story: it takes off, is refused a goal, swaps, and lands in an emergency at 4 s."""
+    known = {
+        "scenario": "errand", "events": EVENTS, "area": AREA, "faults": FAULTS,
+        "obstacles": [[-4.0, 3.0, 0.4, 4.0], [-4.5, -3.0, 0.7, 2.5]],
+    }  # fmt: skip
+    return circle_log(duration, exit_=exit_, reason=reason, **(known | meta))
+
+
 def banked_log(duration=6.0):
     """The circle, flown on "gnss", from half time on on "map", whose world is turned by 1 rad and lies elsewhere."""
     log = circle_log(duration)

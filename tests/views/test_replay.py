@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 from browser import colours, open_browser, screenshot, watch
-from made_flights import circle_log
+from made_flights import EVENTS, LATE, circle_log, told_log
 
 from uavlab.errors import BadInput
 from uavlab.flight.log import Log
@@ -29,6 +29,7 @@ def pages(tmp_path_factory):
     addresses = {
         "whole": replay(whole, folder / "whole.html"),
         "crash": replay({"mine": short, "reference": whole}, folder / "crash.html"),
+        "told": replay(told_log(), folder / "told.html"),
         "bare": replay(unrecorded(whole), folder / "bare.html", target=deck),
     }
     with open_browser() as browser:
@@ -217,6 +218,67 @@ def test_a_name_with_markup_is_shown_as_text_and_never_run(pages, tmp_path):
         page.wait_for_function("window.replay")
         assert page.evaluate("window.hit") is None
         assert evil in page.inner_text("#captions")
+
+
+# A flight with a story ---------------------------------------------------------------------------------
+
+
+@pytest.mark.lab
+def test_the_caption_says_who_flies_and_what_happened_last_and_the_end_says_why(pages):
+    with pages("told", "#t=2.2") as page:
+        said = page.inner_text("#story")
+        for words in ("flying", "SpeedTracker", "GeometricController", "slow"):
+            assert words in said
+        assert "2.0 s controller GeometricController: taken over" in " ".join(said.split())
+        assert page.is_hidden("#ending")
+        page.evaluate("replay.seek(4.2)")
+        said = page.inner_text("#story")
+        assert "emergency" in said
+        assert "lost gnss; motor 2 0.55" in said
+        assert f"4.0 s safety: control error: {LATE}" in said
+        page.evaluate("replay.seek(5.99)")
+        assert "LANDED" in page.inner_text("#ending")
+        assert LATE in page.inner_text("#ending")
+        assert page.errors == []
+
+
+@pytest.mark.lab
+def test_the_strip_has_the_bands_of_the_modes_and_a_click_on_a_tick_jumps_to_its_event(pages):
+    with pages("told", "#t=0") as page:
+        slider = page.locator("#strip").bounding_box()
+        bands = page.eval_on_selector_all(
+            "#strip .band", "all => all.map((x) => [x.offsetLeft, Number(x.dataset.t)])"
+        )
+        wanted = [t for t, kind, *_ in EVENTS if kind == "mode"]
+        assert [t for _, t in bands] == wanted
+        scale = slider["width"] / told_log().t[-1]
+        np.testing.assert_allclose([x for x, _ in bands], scale * np.array(wanted), atol=1.0)
+        tick = page.locator("#strip .tick[data-t='4']")
+        tick.hover()
+        assert LATE in page.inner_text("#tip")
+        tick.click()
+        assert page.evaluate("replay.t") == 4.0
+        assert not page.evaluate("replay.playing")
+        page.locator("#strip .fault").first.click(position={"x": 2, "y": 2})
+        assert page.evaluate("replay.t") == pytest.approx(3.2)
+
+
+@pytest.mark.lab
+def test_a_mark_stands_where_safety_stepped_in_from_then_on(pages):
+    mark = "replay.object(replay.page.marks.at(-2)[1])"  # then the tracker took over
+    with pages("told", "#t=3.9") as page:
+        assert not page.evaluate(f"{mark}.visible")
+        page.evaluate("replay.seek(4.0)")
+        assert page.evaluate(f"{mark}.visible")
+        at = page.evaluate(f"{mark}.position.toArray()")
+    np.testing.assert_allclose(at, told_log().r[400], atol=1e-3)
+
+
+@pytest.mark.lab
+def test_a_flight_without_a_story_has_no_strip_and_no_caption_of_it(pages):
+    with pages("whole", "#t=5.99") as page:
+        for part in ("#strip", "#ending", "#story", "#tip"):
+            assert page.is_hidden(part)
 
 
 # Without a browser -----------------------------------------------------------------------------------

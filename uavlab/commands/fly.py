@@ -153,6 +153,7 @@ def show(log: Any) -> None:
     from uavlab.flight.fill import ASKED, STAND_IN
     from uavlab.flight.metrics import summary
     from uavlab.flight.worlds import flown_by
+    from uavlab.views.story import moments
     from uavlab.views.style import ending, provenance, title
 
     print(title(log))
@@ -166,8 +167,8 @@ def show(log: Any) -> None:
                 f"{part} was flown by its stand-in: {missing or 'it was'} not found. Install the answers "
                 "with `pip install uavlab-solutions`, or fly your own from a notebook."
             )
-    for t, slot, name, outcome in log.meta.get("swaps", []):
-        print(f"  {t:6.2f} s: {slot} {name}: {outcome}")
+    for event in moments(log):
+        print(f"  {event.t:6.2f} s: {event.sentence}")
     for start, end, who in flown_by(log) if log.worlds.names else []:
         print(f"  {start:6.2f} to {end:6.2f} s on {who or 'what it was given at the start'}")
 
@@ -183,6 +184,8 @@ def write(log: Any, out: Path) -> None:
         views.save(views.plot_path(log), part / "path.png")
         if len(log.t) and log.worlds.names:
             views.save(views.plot_bank(log), part / "bank.png")
+        if views.has_modes(log):
+            views.save(views.plot_story(log), part / "story.png")
         if len(log.t):
             views.save(views.picture(log), part / "replay.png")
             views.replay(log, part / "replay.html")

@@ -11,10 +11,13 @@ from uavlab.views.replay import Target, replay
 from uavlab.views.reproduction import plot_outcome
 from uavlab.views.show import Shown, show
 from uavlab.views.sliders import sliders
+from uavlab.views.story import has_modes
+from uavlab.views.timeline import plot_story
 
 __all__ = [
     "Shown",
     "Target",
+    "has_modes",
     "picture",
     "plot_bank",
     "plot_compare",
@@ -23,6 +26,7 @@ __all__ = [
     "plot_outcome",
     "plot_path",
     "plot_qp",
+    "plot_story",
     "replay",
     "save",
     "show",

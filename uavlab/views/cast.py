@@ -11,6 +11,7 @@ from uavlab.flight.log import Log
 from uavlab.flight.worlds import told
 from uavlab.types import Array, Vec3
 from uavlab.views import style
+from uavlab.views.guards import Guards, guards_of
 
 QUAD_X = (
     np.pi / 4,
@@ -64,7 +65,7 @@ def rotor_places(log: Log) -> tuple[Array, Array, float]:
 
 def drawn_scale(flights: Mapping[str, Log]) -> float:
     """By how much aircraft are drawn larger than they are, so that they are seen on a long path."""
-    low, high = bounds(flights)
+    low, high = in_view(flights)
     arm = float(next(iter(flights.values())).meta.get("arm") or 0.25)
     scale = 0.055 * float(np.linalg.norm(high - low)) / arm
     return max(1.0, round(scale, 1 if scale < 10 else 0))
@@ -79,9 +80,29 @@ def bounds(flights: Mapping[str, Log]) -> tuple[Vec3, Vec3]:
     return rows.min(axis=0), rows.max(axis=0)
 
 
-def frame_of(flights: Mapping[str, Log], least: float = 2.0) -> tuple[Vec3, Vec3]:
-    """`bounds` with the ground in it, a margin, and no side shorter than `least` [m]."""
+def guards_in(flights: Mapping[str, Log]) -> Guards:
+    """Area, no-fly zones and obstacles of the first flight."""
+    return guards_of(next(iter(flights.values())))
+
+
+def in_view(flights: Mapping[str, Log], most: float = 2.5) -> tuple[Vec3, Vec3]:
+    """`bounds`, and of the first flight's area, zones and obstacles as much as leaves the aircraft in sight.
+
+    No side grows beyond `most` times the longest one that was flown.
+    """
     low, high = bounds(flights)
+    guards = guards_in(flights)
+    if not guards:
+        return low, high
+    room = (most - 1.0) / 2.0 * max(float((high - low).max()), 2.0)
+    lowest, highest = guards.extent
+    low = np.maximum(np.minimum(low, lowest), low - room)
+    return low, np.minimum(np.maximum(high, highest), high + room)
+
+
+def frame_of(flights: Mapping[str, Log], least: float = 2.0) -> tuple[Vec3, Vec3]:
+    """What is `in_view`, with the ground in it, a margin, and no side shorter than `least` [m]."""
+    low, high = in_view(flights)
     low = np.array([low[0], low[1], min(0.0, low[2])])
     room = 0.06 * float(np.linalg.norm(high - low))  # an aircraft at the edge is inside
     margin = np.maximum(room, (least - (high - low)) / 2)

@@ -9,8 +9,8 @@ import numpy as np
 
 from uavlab.flight.log import Log
 from uavlab.types import Array
-from uavlab.views import style
-from uavlab.views.cast import cast, drawn_scale, frame_of, rotor_places
+from uavlab.views import fences, story, style
+from uavlab.views.cast import cast, drawn_scale, frame_of, guards_in, rotor_places
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,25 +32,30 @@ def picture(logs: Log | Sequence[Log] | Mapping[str, Log], *, moments: int = 5) 
         at: Any = figure.add_axes((0.0, 0.1, 0.96, 0.9), projection="3d")
         for k, (label, log) in enumerate(flights.items()):
             if len(log.t):
-                _flight(at, label, log, k)
+                _flight(at, label, log, k, alone=len(flights) == 1)
         first = next(iter(flights.values()))
         if len(first.t):
             _aircraft(at, first, drawn_scale(flights), moments)
         _room(at, flights)
-        at.legend(loc="upper left")
+        rows = len(at.get_legend_handles_labels()[1])
+        small = {"fontsize": 7, "labelspacing": 0.2} if rows > 5 else {}
+        at.legend(loc="upper left", **small)
         style.stamp(figure, [line for log in flights.values() for line in style.small_print(log)])
     return figure
 
 
-def _flight(at: Any, label: str, log: Log, k: int) -> None:
-    """One path, its shadow on the ground, and its end."""
+def _flight(at: Any, label: str, log: Log, k: int, *, alone: bool) -> None:
+    """One path, its shadow on the ground, and its end; one that is alone has the colours of its modes."""
     color = style.SERIES[k % len(style.SERIES)]
     x, y, z = log.r.T
     if k == 0 and style.seen(log.r_d):
         at.plot(*log.r_d.T, "--", color=style.REFERENCE, lw=1, label="asked")
     at.plot(x, y, np.full_like(z, min(0.0, z.min())), color="#CCCCCC", lw=1)
-    at.plot(x, y, z, color=color, label=label)
-    if log.exit.name != "DONE":
+    paths = list(story.pieces(log)) if alone else []
+    for rows, shade, mode in paths or [(slice(None), color, label)]:
+        known = at.get_legend_handles_labels()[1]
+        at.plot(*log.r[rows].T, color=shade, label="_" if mode in known else mode or label)
+    if not log.exit.good:
         at.plot(x[-1:], y[-1:], z[-1:], "X", color=style.GHOST, ms=8, label=log.exit.name.lower())
 
 
@@ -74,6 +79,7 @@ def _aircraft(at: Any, log: Log, scale: float, moments: int) -> None:
 def _room(at: Any, flights: Mapping[str, Log]) -> None:
     """Equal scales, a level view, quiet walls."""
     low, high = frame_of(flights)
+    fences.draw_space(at, guards_in(flights), low, high)
     at.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     at.set_xlim(low[0], high[0])
     at.set_ylim(low[1], high[1])

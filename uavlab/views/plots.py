@@ -15,7 +15,9 @@ from uavlab.flight.metrics import heading_error, headings, position_error, tilt
 from uavlab.flight.worlds import told
 from uavlab.parts.slot import FIRST, TAKEN
 from uavlab.types import GRAVITY, Array
-from uavlab.views import style
+from uavlab.views import fences, story, style
+from uavlab.views.cast import in_view
+from uavlab.views.guards import guards_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,14 +97,19 @@ def plot_path(log: Log, *, reference: bool = True, heading_every: float | None =
         for at, (i, j) in ((top, (0, 1)), (side, (0, 2))):
             if reference and style.seen(log.r_d):
                 at.plot(log.r_d[:, i], log.r_d[:, j], "--", color=style.REFERENCE, label="asked")
-            at.plot(log.r[:, i], log.r[:, j], color=style.FLOWN, label="flown")
+            _way(at, log, i, j)
             _ends(at, log, i, j)
             at.set(xlabel="x [m]", ylabel=f"{'xyz'[j]} [m]")
             at.set_aspect("equal", adjustable="datalim")
+            _fence(at, log, i, j)
         _noses(top, log, heading_every)
         top.set_title("from above")
         side.set_title("from the side")
-        top.legend(loc="best")
+        names = top.get_legend_handles_labels()
+        if len(names[1]) > 4:
+            figure.legend(*names, loc="outside upper center", ncols=min(len(names[1]), 10))
+        else:
+            top.legend(loc="best")
         style.stamp(figure, style.small_print(log))
     return figure
 
@@ -228,7 +235,7 @@ def _headroom(at: Axes) -> None:
 
 def _mark_end(at: Axes, log: Log, color: str = style.GHOST) -> None:
     """A line where a flight ended before its time."""
-    if log.exit.name != "DONE" and len(log.t):
+    if not log.exit.good and len(log.t):
         at.axvline(log.t[-1], color=color, lw=1, ls=":")
 
 
@@ -254,12 +261,33 @@ def _name_swaps(at: Axes, log: Log) -> None:
         )  # fmt: skip
 
 
+def _way(at: Axes, log: Log, i: int, j: int) -> None:
+    """The path that was flown, in the colours of its modes if it has any."""
+    for rows, color, mode in list(story.pieces(log)) or [(slice(None), style.FLOWN, "flown")]:
+        known = at.get_legend_handles_labels()[1]
+        label = "_" if mode in known else mode or "flown"
+        at.plot(log.r[rows, i], log.r[rows, j], color=color, label=label)
+
+
+def _fence(at: Axes, log: Log, i: int, j: int) -> None:
+    """Area, no-fly zones and obstacles, as far as the path stays in sight."""
+    around = guards_of(log)
+    if not (around and len(log.t)):
+        return
+    low, high = in_view({"flown": log})
+    room = 0.06 * float((high - low).max())
+    fences.draw_flat(at, around, float(min(low[2], 0.0)), float(high[2]) + 2 * room, up=j == 2)
+    at.set_aspect("equal", adjustable="box")
+    at.set_xlim(low[i] - room, high[i] + room)
+    at.set_ylim(low[j] - room, high[j] + room)
+
+
 def _ends(at: Axes, log: Log, i: int, j: int) -> None:
     """A ring at the start, and a cross where a flight ended badly."""
     if not len(log.t):
         return
     at.plot(log.r[0, i], log.r[0, j], "o", mfc="white", mec=style.FLOWN, ms=6, label="start")
-    if log.exit.name != "DONE":
+    if not log.exit.good:
         at.plot(
             log.r[-1, i], log.r[-1, j], "X", color=style.GHOST, ms=8, label=log.exit.name.lower()
         )
@@ -275,5 +303,5 @@ def _noses(at: Axes, log: Log, every: float | None) -> None:
     eta = headings(log)[rows]
     at.quiver(
         log.r[rows, 0], log.r[rows, 1], np.cos(eta), np.sin(eta),
-        color=style.FLOWN, width=0.004, scale=22, headwidth=4, zorder=3,
+        color="#444444" if story.bands(log, "mode") else style.FLOWN, width=0.004, scale=22, headwidth=4, zorder=3,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from uavlab.flight.log import Log
 from uavlab.types import GRAVITY, Array, Vec3
 from uavlab.views import style
 from uavlab.views.cast import rotor_places
-from uavlab.views.scene import Scene, ball, box, cone, lines, look, triad, tubes
+from uavlab.views.scene import Scene, ball, box, cone, lines, look, painted, triad, tubes
 
 CCW, CW = "#3B7DD8", "#E0902F"  # rotors by the sense in which they spin, seen from above
 NOSE = "#D0342C"
@@ -91,11 +91,14 @@ def add_frame(scene: Scene, at: str, size: float) -> None:
     scene.add(f"{at}/origin", ball(2 * thick), look("#444444"))
 
 
-def add_trail(scene: Scene, at: str, points: Array, radius: float, color: str) -> bool:
-    """The path as a tube; False if it is too short to draw."""
+def add_trail(scene: Scene, at: str, points: Array, radius: float, color: str | list[str]) -> bool:
+    """The path as a tube, of one colour or of one for each point; False if it is too short to draw."""
     if len(points) < 2:
         return False
-    scene.add(at, tubes([points], radius), look(color))
+    if isinstance(color, str):
+        scene.add(at, tubes([points], radius), look(color))
+    else:
+        scene.add(at, tubes([points], radius, colors=color), painted())
     return True
 
 

@@ -25,7 +25,7 @@ from uavlab.flight.log import Log
 from uavlab.flight.metrics import heading_error, headings, tilt
 from uavlab.types import Array
 from uavlab.views import style
-from uavlab.views.cast import cast, drawn_scale, frame_of
+from uavlab.views.cast import cast, drawn_scale, frame_of, guards_in
 
 Logs = Log | Sequence[Log] | Mapping[str, Log]
 RATE = 25.0  # [Hz] of key frames; less on long flights
@@ -97,7 +97,7 @@ def _stem(log: Log, block: bytes) -> str:
 
 def _block(flights: dict[str, Log], target: Target | None, thrusts: bool) -> bytes:
     """The page's data and the scene's messages, packed."""
-    from uavlab.views import ghosts, props
+    from uavlab.views import ghosts, guards, props, strip
     from uavlab.views.scene import Scene
 
     scene = Scene()
@@ -106,7 +106,8 @@ def _block(flights: dict[str, Log], target: Target | None, thrusts: bool) -> byt
     radius = float(np.linalg.norm(high - low)) * 0.0022
     centre = props.add_light_and_camera(scene, low, high)
     step = props.add_ground(scene, low, high)
-    page: dict[str, Any] = {"flights": [], "legend": [], "centre": centre}
+    fences = guards.add_guards(scene, guards_in(flights), low, high, 0.5 * radius)
+    page: dict[str, Any] = {"flights": [], "legend": [], "centre": centre, "story": None}
     for k, (label, log) in enumerate(flights.items()):
         if not len(log.t):
             continue
@@ -114,7 +115,8 @@ def _block(flights: dict[str, Log], target: Target | None, thrusts: bool) -> byt
         key = props.keys(log, rate)
         color = style.SERIES[k % len(style.SERIES)]
         node = f"uavlab/{_node(label, k)}"
-        _add_flight(scene, node, log, key, size, radius, low[2], color, ghost=k > 0)
+        modes = strip.trail_colors(log, key) if len(flights) == 1 else None
+        _add_flight(scene, node, log, key, size, radius, low[2], color, modes, ghost=k > 0)
         if k == 0:
             _add_reference(scene, log, key, size, radius)
             if thrusts:
@@ -122,26 +124,29 @@ def _block(flights: dict[str, Log], target: Target | None, thrusts: bool) -> byt
         page["flights"].append(_caption(label, log, key, color, node))
         if k == 0:
             page["flights"][0] |= ghosts.add_hypotheses(scene, node, log, key, size, 0.6 * radius)
+            page["marks"] = strip.add_marks(scene, node, log, 3.2 * radius)
+            page["story"] = strip.page_story(log)
     if target is not None:
         _add_target(scene, target, size * _arm(flights))
-    page["legend"] = _legend(flights, target, thrusts, step, size)
+    told = strip.legend(next(iter(flights.values())), fences, alone=len(flights) == 1)
+    page["legend"] = told + _legend(flights, target, thrusts, step, size)
     return scene.packed(json.dumps(page).encode("utf-8"))
 
 
 def _add_flight(
     scene: Any, node: str, log: Log, key: Any, size: float, radius: float, floor: float,
-    color: str, *, ghost: bool,
+    color: str, modes: list[str] | None, *, ghost: bool,
 ) -> None:  # fmt: skip
     from uavlab.views import props
 
     r = log.r[key.rows]
     props.add_aircraft(scene, f"{node}/aircraft", log, size, ghost=color if ghost else None)
     scene.move(f"{node}/aircraft", key.t, r=r, R=log.R[key.rows])
-    props.add_trail(scene, f"{node}/trail", r, radius, color)
+    props.add_trail(scene, f"{node}/trail", r, radius, modes or color)
     props.add_shadow(
         scene, f"{node}/shadow", log, key, floor, 0.35 * size * (log.meta.get("arm") or 0.25)
     )
-    if log.exit.name != "DONE":
+    if not log.exit.good:
         from uavlab.views.scene import ball, look
 
         scene.add(f"{node}/end", ball(4 * radius), look(style.GHOST, 0.6))
@@ -203,7 +208,7 @@ def _caption(label: str, log: Log, key: Any, color: str, node: str) -> dict[str,
         "node": node,
         "title": style.title(log),
         "ending": style.ending(log),
-        "bad": log.exit.name != "DONE",
+        "bad": not log.exit.good,
         "small": [x for x in (style.provenance(log), str(log.meta.get("note", ""))) if x],
         "numbers": {name: _plain(values) for name, values in columns.items()},
     }

@@ -100,6 +100,11 @@ def look(color: str, opacity: float = 1.0) -> Any:
     return geometry.MeshLambertMaterial(color=int(color[1:], 16), opacity=opacity, reflectivity=0.2)
 
 
+def painted() -> Any:
+    """A matt material for what has a colour at each corner."""
+    return geometry.MeshLambertMaterial(color=0xFFFFFF, vertexColors=True, reflectivity=0.2)
+
+
 def box(lengths: tuple[float, float, float]) -> Any:
     """A box with these side lengths [m] along x, y, z."""
     return geometry.Box(list(lengths))
@@ -110,8 +115,18 @@ def ball(radius: float) -> Any:
     return geometry.Sphere(radius)
 
 
-def tubes(paths: list[Array], radius: float, sides: int = 4) -> Any:
-    """Tubes [m] around polylines (N, 3), as one mesh; every piece takes ``6 * sides`` indices, in order."""
+def mesh(vertices: Array, faces: Array) -> Any:
+    """Triangles: corners (N, 3) [m], and indices of them (M, 3)."""
+    return geometry.TriangularMeshGeometry(vertices, faces)
+
+
+def tubes(
+    paths: list[Array], radius: float, sides: int = 4, colors: list[str] | None = None
+) -> Any:
+    """Tubes [m] around polylines (N, 3), as one mesh; every piece takes ``6 * sides`` indices, in order.
+
+    With `colors` ``#rrggbb``, one for each point of all polylines, it must be looked at by `painted`.
+    """
     vertices: list[Array] = []
     faces: list[Array] = []
     for points in paths:
@@ -121,7 +136,12 @@ def tubes(paths: list[Array], radius: float, sides: int = 4) -> Any:
         a, b = first + k * sides + s, first + k * sides + (s + 1) % sides
         pair = np.stack([a, b, a + sides, b, b + sides, a + sides], axis=-1)
         faces.append(pair.reshape(-1, 3))
-    return geometry.TriangularMeshGeometry(np.concatenate(vertices), np.concatenate(faces))
+    paint = None if colors is None else np.repeat([_rgb(x) for x in colors], sides, axis=0)
+    return geometry.TriangularMeshGeometry(np.concatenate(vertices), np.concatenate(faces), paint)
+
+
+def _rgb(color: str) -> list[float]:
+    return [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
 
 
 def _rings(points: Array, sides: int) -> Array:

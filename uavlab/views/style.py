@@ -23,6 +23,19 @@ GHOST = "#D55E00"
 XYZ = ("#C8402F", "#2E8B3D", "#3465C4")  # x, y, z, as the axes of a frame are drawn
 SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F6000", "#444444")
 
+# The modes of a pilot (uavlab.managers.modes). Any two are told apart with any of the three kinds of colour blindness;
+# flying is the blue of every flown path, and what is grave is darker and redder.
+MODES = {
+    "ground": "#BDBDBD", "taking off": "#56B4E9", "flying": FLOWN, "going home": "#E08AC0", "landing": "#009E73",
+    "landed": "#707070", "emergency": "#E69F00", "failsafe": "#A51C1C", "manual": "#F0E442", "evading": "#4B1E7A",
+}  # fmt: skip
+# Marks of what happened at once, and of what may not be flown into.
+MARKS = {
+    "safety": "#A51C1C", "bumper": "#4B1E7A", "remote": "#8A7A00", "touchdown": "#009E73", "refused": "#8A8A8A",
+    "swap": "#222222", "fault": "#B0561C",
+}  # fmt: skip
+AREA, NO_FLY, OBSTACLE = "#2F7F86", "#C8402F", "#85888C"
+
 RC: Any = {
     "font.size": 9,
     "axes.titlesize": 9,
@@ -110,6 +123,17 @@ def whole(log: Log) -> Log:
         return log
     arrays = {k: v[:n] for k, v in log._asdict().items() if isinstance(v, np.ndarray)}
     return log._replace(**arrays, worlds=log.worlds.cut(n))
+
+
+def mode(name: str) -> str:
+    """The colour of a mode of a pilot; that of any flown path if nobody knows it."""
+    return MODES.get(name, FLOWN)
+
+
+def ink(color: str) -> str:
+    """Black or white: which of them is read on ``#rrggbb``."""
+    r, g, b = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return "#111111" if 0.299 * r + 0.587 * g + 0.114 * b > 140 else "#FFFFFF"
 
 
 def hypothesis(k: int) -> str:

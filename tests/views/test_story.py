@@ -1,0 +1,248 @@
+"""The story of a flight: bands and events read from a log, and drawn where they were told."""
+
+import itertools
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from made_flights import AREA, EVENTS, FAULTS, LATE, circle_log, told_log
+
+from uavlab.errors import BadInput
+from uavlab.types import Exit
+from uavlab.views import picture, plot_flight, plot_path, plot_story, story, style
+from uavlab.views.cast import bounds, frame_of, in_view
+from uavlab.views.guards import guards_of, triangles
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    """No figure outlives its test."""
+    yield
+    plt.close("all")
+
+
+def drawn(figure):
+    """All words of a figure."""
+    return "\n".join(t.get_text() for t in figure.findobj(plt.Text) if t.get_visible())
+
+
+# What a log tells ------------------------------------------------------------------------------------
+
+
+def test_a_band_begins_with_its_event_and_ends_with_the_next_of_its_kind():
+    log = told_log()
+    modes = [(x.name, x.start) for x in story.bands(log, "mode")]
+    assert modes == [(name, t) for t, kind, name, _ in EVENTS if kind == "mode"]
+    ends = [x.end for x in story.bands(log, "mode")]
+    assert ends == [t for _, t in modes[1:]] + [log.t[-1]]
+
+
+def test_who_was_refused_never_flew():
+    flew = [x.name for x in story.bands(told_log(), "controller")]
+    assert flew == ["MpcController", "GeometricController"]
+
+
+def test_a_fault_lasts_to_its_end_or_to_that_of_the_flight():
+    log = told_log(4.0)
+    assert [(x.name, x.start, x.end) for x in story.faults(log)] == [
+        ("lost gnss", 3.2, log.t[-1]), ("motor 2 0.55", 3.5, log.t[-1])
+    ]  # fmt: skip
+    assert story.faults(told_log(3.0)) == []  # none of them had begun
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [(["motor", 1.0, 2.0, "1", 0.0], "motor 1 0"), (["lost", 1.0, 2.0, "gnss", 0.0], "lost gnss"),
+     (["gust", 1.0, 2.0, "", [4.0, 0.0, 0.0]], "gust 4, 0, 0"),
+     (["part", 1.0, 2.0, "tracker", "nan"], "part tracker nan")],
+)  # fmt: skip
+def test_a_fault_is_told_with_its_size_where_it_has_one(fault, said):
+    assert [x.name for x in story.faults(told_log(faults=[fault]))] == [said]
+
+
+def test_of_one_instant_safety_speaks_first_and_its_reason_is_not_said_twice():
+    at = [x.sentence for x in story.spoken(told_log()) if x.t == 4.0]
+    assert at == [
+        f"safety: control error: {LATE}", "mode emergency", "tracker Landoff: taken over"
+    ]  # fmt: skip
+
+
+def test_an_older_log_tells_its_swaps_alone():
+    told = [[0.0, "tracker", "a", "first"], [0.4, "tracker", "b", "taken over"]]
+    log = circle_log(1.0, swaps=told)
+    assert [x.sentence for x in story.news(log)] == ["tracker b: taken over"]
+    assert not story.has_modes(log)
+    assert story.eventful(log)
+
+
+def test_a_flight_without_a_story_is_refused():
+    with pytest.raises(BadInput, match="no modes"):
+        plot_story(circle_log(1.0))
+
+
+def test_the_pieces_of_a_path_cover_it_and_touch():
+    log = told_log()
+    pieces = list(story.pieces(log))
+    assert pieces[0][0].start == 0
+    assert pieces[-1][0].stop == len(log.t)
+    for (a, *_), (b, *_) in itertools.pairwise(pieces):
+        assert a.stop == b.start + 1
+    assert [(mode, color) for _, color, mode in pieces] == [
+        (name, style.MODES[name]) for _, kind, name, _ in EVENTS if kind == "mode"
+    ]
+
+
+def test_a_path_is_blue_until_the_first_mode():
+    log = told_log(events=[[2.0, "mode", "failsafe", "lost"]])
+    assert [(x.start, color) for x, color, _ in story.pieces(log)] == [
+        (0, style.FLOWN), (200, style.MODES["failsafe"])
+    ]  # fmt: skip
+
+
+# Colours ---------------------------------------------------------------------------------------------
+
+# Machado, Oliveira, Fernandes (2009), severity 1.0: linear RGB as it is seen by who lacks one kind of cone
+BLIND = {
+    "none": np.eye(3),
+    "protan": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deutan": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritan": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+}  # fmt: skip
+
+
+def lab(color, seen):
+    """CIE L*a*b* of ``#rrggbb``, seen through a matrix on linear RGB."""
+    c = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    xyz = to_xyz @ np.clip(seen @ linear, 0, 1) / [0.9505, 1.0, 1.089]
+    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("kind", BLIND)
+def test_any_two_modes_are_told_apart_with_any_colour_blindness(kind):
+    seen = {name: lab(color, np.asarray(BLIND[kind])) for name, color in style.MODES.items()}
+    apart = {(a, b): np.linalg.norm(seen[a] - seen[b]) for a, b in itertools.combinations(seen, 2)}
+    assert min(apart.values()) > 12, min(apart, key=apart.get)  # 2.3: just noticeable
+
+
+@pytest.mark.parametrize(("color", "ink"), [("#F0E442", "#111111"), ("#4B1E7A", "#FFFFFF")])
+def test_a_name_is_read_on_its_colour(color, ink):
+    assert style.ink(color) == ink
+
+
+# What is drawn ---------------------------------------------------------------------------------------
+
+
+def test_the_bands_of_the_plot_are_the_events_of_the_log():
+    strip = plot_story(told_log()).axes[0]
+    names = [t.get_text() for t in strip.get_yticklabels()]
+    assert names == ["events", "mode", "tracker", "controller", "limits", "faults", ""]
+    row = {name: k for k, name in enumerate(names) if name}
+    bars = [(p.get_y() + p.get_height() / 2, p.get_x(), p.get_width()) for p in strip.patches]
+    for kind in ("mode", "tracker", "controller", "limits"):
+        made = [(x, x + w) for y, x, w in bars if abs(y - row[kind]) < 0.01]
+        wanted = [(x.start, x.end) for x in story.bands(told_log(), kind)]
+        np.testing.assert_allclose(made, wanted)
+    broken = sorted(x for y, x, _ in bars if y >= row["faults"] - 0.01)
+    assert broken == [x[1] for x in FAULTS]
+
+
+def test_the_plot_says_every_event_in_words_and_numbers_it_on_the_time_axis():
+    figure = plot_story(told_log())
+    said = drawn(figure)
+    for x in story.spoken(told_log()):
+        assert x.sentence in said
+    numbers = [t for t in figure.axes[0].texts if t.get_text().isdecimal()]
+    assert [t.get_position()[0] for t in numbers] == [0.5, 1.5, 2.0, 2.5, 3.0, 4.0, 5.8]
+
+
+def test_the_plot_draws_the_bound_that_was_crossed_and_the_heights_of_the_area():
+    _, height, error, _ = plot_story(told_log()).axes
+    assert [t.get_text() for t in error.texts] == ["bound 1.5 m"]
+    assert [t.get_text() for t in height.texts] == ["area 0.5 m"]  # 6 m is far above what was flown
+    calm = plot_story(told_log(events=EVENTS[:8]))
+    assert [t.get_text() for t in calm.axes[2].texts] == []
+
+
+def test_a_hundred_refusals_do_not_fill_the_page():
+    many = [[0.02 * k, "refused", "Reference", f"no {k}"] for k in range(100)]
+    figure = plot_story(told_log(events=EVENTS[:6] + many))
+    assert figure.get_figheight() < 12
+    assert "more" in drawn(figure)
+
+
+@pytest.mark.parametrize("duration", [0.01, 0.7, 3.0])
+def test_a_story_that_ends_early_is_drawn_up_to_there(duration):
+    plot_story(told_log(duration, exit_=Exit.CRASH)).canvas.draw()
+
+
+def test_a_flight_that_landed_is_not_marked_as_one_that_ended_badly():
+    for draw, bad in ((picture, "crash"), (plot_path, "crash")):
+        assert bad not in drawn(draw(told_log()))
+        assert bad in drawn(draw(told_log(exit_=Exit.CRASH)))
+    landed, crashed = (plot_flight(told_log(exit_=x)) for x in (Exit.LANDED, Exit.CRASH))
+    assert len(crashed.axes[0].lines) == len(landed.axes[0].lines) + 1
+
+
+# Area, zones, obstacles ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("draw", [picture, plot_path])
+def test_a_picture_names_area_zones_obstacles_and_modes(draw):
+    figure = draw(told_log())
+    figure.canvas.draw()
+    said = drawn(figure)
+    for words in ("safety area", "no-fly zone", "obstacle", "taking off", "emergency"):
+        assert said.count(words) >= 1
+    bare = drawn(draw(circle_log(6.0)))
+    assert "area" not in bare
+    assert "flown" in bare
+
+
+def test_the_plan_shows_the_corners_of_the_area_where_they_are():
+    top, side = plot_path(told_log()).axes
+    corners = [p.get_xy() for p in top.patches if hasattr(p, "get_xy")]
+    np.testing.assert_allclose(corners[0][:-1], AREA["border"])
+    np.testing.assert_allclose(corners[2][:-1], AREA["no_fly"][1]["border"])
+    heights = side.patches[0].get_xy()[:, 1]
+    assert (heights.min(), heights.max()) == (AREA["low"], AREA["high"])
+
+
+def test_a_huge_area_does_not_lose_the_aircraft():
+    huge = AREA | {"border": (1000 * np.array(AREA["border"])).tolist(), "high": 5000.0}
+    flights = {"flown": told_log(area=huge, obstacles=[])}
+    flown = np.subtract(*bounds(flights)[::-1])
+    framed = np.subtract(*in_view(flights)[::-1])
+    assert (framed <= flown + 1.5 * flown.max() + 1e-9).all()
+    assert (framed > flown).all()
+
+
+def test_a_small_area_is_seen_whole_and_a_log_without_one_is_framed_as_ever():
+    low, high = in_view({"flown": told_log()})
+    assert (low[:2] <= [-6, -7]).all()
+    assert (high[:2] >= [7, 7]).all()
+    bare = {"flown": circle_log(6.0)}
+    np.testing.assert_array_equal(in_view(bare), bounds(bare))
+    assert frame_of(bare)[1][0] < 4.0
+
+
+def test_a_zone_without_an_end_does_not_make_the_picture_endless():
+    low, high = guards_of(told_log()).extent
+    assert np.isfinite([low, high]).all()
+    endless = AREA | {"low": -np.inf, "high": np.inf}
+    assert np.isfinite(guards_of(told_log(area=endless)).extent).all()
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_the_lid_of_a_hollow_zone_covers_it_and_nothing_else(turn):
+    border = np.array(AREA["no_fly"][0]["border"], dtype=float)[::turn]  # with a notch of 0.8 m²
+
+    def area(corners):
+        x, y = corners.T
+        return abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
+
+    cut = triangles(border)
+    assert len(cut) == len(border) - 2
+    assert sum(area(border[list(x)]) for x in cut) == pytest.approx(4.0 - 0.8)
