@@ -1,7 +1,9 @@
 """Faults: until one begins the flight is what it was, to the last bit; then it does what its line says."""
 
+import tomllib
 from dataclasses import dataclass, field
 from math import inf
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,15 +14,17 @@ from uavlab.errors import BadInput
 from uavlab.flight.fault import KINDS, Fault
 from uavlab.flight.injected import Injected
 from uavlab.flight.log import UNITS
-from uavlab.flight.scenario import Swap, checked
-from uavlab.flight.slot import Slot
+from uavlab.flight.scenario import Scenario, Swap, checked, standing
+from uavlab.flight.slot import Slot, slotted
 from uavlab.managers.pair import Pair
 from uavlab.parts.controllers import Gains, TiltAxis
 from uavlab.parts.estimators import AlphaBetaGamma
-from uavlab.parts.missions import Waypoints
+from uavlab.parts.landoff import LandOff
+from uavlab.parts.missions import Fly, Waypoints
 from uavlab.parts.trackers import CommandFilter
-from uavlab.plant import load_airframe
-from uavlab.sensors import carry
+from uavlab.plant import Wind, load_airframe
+from uavlab.sensors import carry, laboratory
+from uavlab.types import Trajectory
 
 G, DT = 9.81, 0.01
 F450 = load_airframe("F450")
@@ -253,17 +257,44 @@ def test_of_a_slot_the_first_part_breaks_or_the_one_that_is_named():
     )
     assert refused.exit.name == "DONE"
     assert refused.meta["swaps"][-1][3].startswith("refused: stiff: it raised RuntimeError")
-    with pytest.raises(BadInput, match=r"'controller.stif': no part .* Did you mean 'stiff'"):
+    with pytest.raises(
+        BadInput, match=r"'controller.stif': no controller aboard .* Did you mean 'stiff'"
+    ):
         flown(Fault("part", 0.1, what="controller.stif", value="nan"), mind=mind)
 
 
+@dataclass(frozen=True)
+class Many:
+    """A pilot that holds parts in every way there is, and flies a pair of them."""
+
+    trackers: Any
+    controllers: Any
+    spare: Any
+
+    def __getattr__(self, name):
+        return getattr(Pair(self.trackers["slow"], self.controllers), name)
+
+
 def test_a_pilots_parts_break_inside_it():
-    mind = uavlab.stack("F450")
-    pilot = Pair(Slot({"slow": CommandFilter(1.0)}), TiltAxis(F450.m))
-    log = flown(Fault("part", 0.3, what="tracker", value="raises"), mind=mind._replace(pilot=pilot))
-    assert "the tracker raised RuntimeError" in log.reason
-    log = flown(Fault("part", 0.3, what="controller", value="nan"), mind=mind._replace(pilot=pilot))
-    assert log.exit.name == "NAN"
+    laws = {"slack": TiltAxis(F450.m), "stiff": TiltAxis(F450.m, Gains(k_p=12.0))}
+    pilot: Any = Many({"slow": CommandFilter(1.0)}, Slot(laws), TiltAxis(F450.m))
+    mind = uavlab.stack("F450")._replace(pilot=pilot)
+
+    def ends(what, value):
+        return flown(Fault("part", 0.3, what=what, value=value), mind=mind)
+
+    assert "the tracker raised RuntimeError" in ends("tracker", "raises").reason
+    assert "the tracker raised RuntimeError" in ends("tracker.slow", "raises").reason
+    assert ends("controller", "nan").exit.name == "NAN"
+    assert ends("controller.slack", "nan").exit.name == "NAN"
+    assert ends("controller.stiff", "nan").exit.name == "DONE"  # it does not fly
+    assert ends("controller.spare", "raises").exit.name == "DONE"
+    assert ends("controller.*", "nan").exit.name == "NAN"
+    assert np.isnan(ends("estimator", "nan").r_e[30]).all()
+    with pytest.raises(
+        BadInput, match=r"no controller aboard named 'MpcController'.*slack, spare, stiff"
+    ):
+        ends("controller.MpcController", "nan")
 
 
 @dataclass(frozen=True)
@@ -356,6 +387,30 @@ def test_a_quadrotor_flies_with_a_weak_motor_and_falls_with_a_dead_one(value, go
     assert log.exit.good is good
 
 
+@pytest.mark.flight
+@pytest.mark.parametrize("law", ["TiltAxis", "GeometricController"])
+@pytest.mark.parametrize("rotor", ["0", "4"])
+@pytest.mark.parametrize(
+    ("speed", "wind"), [(0.0, 0.0), (4.0, 0.0), (0.0, 5.0)], ids=["hover", "forward", "wind"]
+)
+def test_a_hexacopter_with_a_dead_rotor_lands_softly(law, rotor, speed, wind):
+    t = np.array((0.0, 4.0))
+    way = Trajectory(t, np.outer(t, (speed, 0, 0)) + np.array((0, 0, 5.0)), np.zeros(2))
+    start = standing((0.0, 0.0, 5.0))._replace(v=np.array((speed, 0.0, 0.0)))
+    hexa = Scenario(
+        "dead", "", "F550", Fly(way), start, 18.0, laboratory(), Wind(np.array((0.0, wind, 0.0))),
+        swaps=(Swap(4.0, "tracker", "down"),), faults=(Fault("motor", 2.0, what=rotor),),
+    )  # fmt: skip
+    trackers = slotted({"way": CommandFilter(4.0), "down": LandOff()})
+    laws = () if law == "TiltAxis" else (law,)
+    log = uavlab.fly(hexa, uavlab.stack("F550", trackers, *laws), seed=1)
+    assert log.exit.name == "DONE"
+    down = int(np.argmax(log.r[:, 2] <= 0.0))
+    assert down > 1000
+    # It may touch twice; what it cannot bear would have ended it with Exit.CRASH.
+    assert np.linalg.norm(log.v[down - 50 : down], axis=1).max() < (1.0 if not laws else 2.5)
+
+
 # Refused ----------------------------------------------------------------------------------------------
 
 
@@ -431,6 +486,14 @@ def test_the_log_tells_the_faults_as_json_can_hold_them(tmp_path):
     ]
     assert uavlab.load_log(log.save(tmp_path / "broken")).meta == log.meta
     assert "faults" not in flown().meta
+
+
+def test_the_faults_of_the_book_can_be_flown():
+    page = (Path(__file__).parents[2] / "book" / "faults.md").read_text("utf-8")
+    rows = tomllib.loads(page.split("```toml\n")[1].split("```")[0])["fault"]
+    assert [x["kind"] for x in rows] == ["jump", "motor"]
+    checked(scenario(*(Fault(**x) for x in rows)))
+    assert all(f'    "{kind}": ' in page for kind in KINDS)
 
 
 def test_the_command_line_lists_every_kind(capsys):

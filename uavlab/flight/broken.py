@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from math import nan
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,46 +79,87 @@ def broken(mind: Stack, faults: tuple[Fault, ...], now: Callable[[], float]) -> 
         if not mine:
             continue
         pilot = mind.pilot
-        parts = {} if pilot is None else _slots(pilot, slot)
-        if parts:  # the pilot flies its own; those of the stack are not asked
-            mind = mind._replace(pilot=replace(pilot, **{  # type: ignore[type-var]
-                name: _breaking(part, slot, mine, now) for name, part in parts.items()
-            }))  # fmt: skip
-        else:
-            mind = mind._replace(**{slot: _breaking(getattr(mind, slot), slot, mine, now)})
+        if pilot is None or slot == "estimator":
+            mind = mind._replace(**_breaking({slot: getattr(mind, slot)}, slot, mine, now))
+        else:  # it flies its own parts; those of the stack are not asked
+            mind = mind._replace(pilot=replace(pilot, **_breaking(_held(pilot), slot, mine, now)))  # type: ignore[type-var]
     return mind
 
 
-def _slots(pilot: Any, slot: str) -> dict[str, Any]:
-    """The fields of a pilot that hold parts of this slot."""
-    if not is_dataclass(pilot):
-        return {}
-    held = {x.name: getattr(pilot, x.name) for x in fields(pilot) if x.init}
-    return {name: part for name, part in held.items() if getattr(part, "slot", None) == slot}
+class _Place(NamedTuple):
+    """Where a part is held."""
+
+    field: str
+    member: str  # of the slot in that field; empty: the part is there alone
+    names: tuple[str, ...]  # by which a fault may call it
 
 
-def _breaking(part: Any, slot: str, faults: tuple[Fault, ...], now: Callable[[], float]) -> Any:
-    """The part or, of a slot of several, those that the faults name; the first one if they name none."""
-    members = getattr(part, "parts", None)
-    if not (isinstance(members, Mapping) and is_dataclass(part)):
-        alone = type(part).__name__
-        _known(slot, faults, (alone,))
-        return Broken(part, _failing(faults, now))
-    _known(slot, faults, members)
-    first = getattr(part, "first", "") or next(iter(members))
-    changed = dict(members)
-    for name in members:
-        mine = tuple(x for x in faults if (x.of or first) in {name, ALL})
-        if mine:
-            changed[name] = Broken(members[name], _failing(mine, now))
-    return replace(part, parts=changed)  # type: ignore[type-var]
+def _held(pilot: Any) -> dict[str, Any]:
+    """What a pilot holds, by field."""
+    known = fields(pilot) if is_dataclass(pilot) else ()
+    return {x.name: getattr(pilot, x.name) for x in known if x.init}
 
 
-def _known(slot: str, faults: tuple[Fault, ...], names: Any) -> None:
+def _members(held: Any) -> Mapping[str, Any] | None:
+    """The parts of a slot, or parts by name; None of a part alone."""
+    if isinstance(held, Mapping):
+        return held
+    parts = getattr(held, "parts", None)
+    return parts if isinstance(parts, Mapping) and is_dataclass(held) else None
+
+
+def _places(held: Mapping[str, Any], slot: str) -> list[_Place]:
+    """Every part of this slot, in the order in which it is held; who flies first in a slot comes first."""
+    out = []
+    for field, part in held.items():
+        members = _members(part)
+        if members is None:
+            if getattr(part, "slot", None) == slot or field == slot:
+                out.append(_Place(field, "", (field, type(part).__name__)))
+            continue
+        names = [x for x, y in members.items() if getattr(y, "slot", None) == slot]
+        first = getattr(part, "first", "")
+        out += [_Place(field, x, (x,)) for x in sorted(names, key=lambda x: x != first)]
+    return out
+
+
+def _breaking(
+    held: Mapping[str, Any], slot: str, faults: tuple[Fault, ...], now: Callable[[], float]
+) -> dict[str, Any]:
+    """What is held, by field, with the parts broken that the faults name; the first one if they name none."""
+    places = _places(held, slot)
+    of: dict[_Place, list[Fault]] = {}
     for fault in faults:
-        if fault.of not in {"", ALL, *names}:
-            unknown = UnknownName(f"part of the {slot}'s slot", fault.of, names)
-            raise BadInput(f"a fault breaks {fault.what!r}: {unknown}")
+        for place in _meant(fault, slot, places):
+            of.setdefault(place, []).append(fault)
+    out = dict(held)
+    for place, mine in of.items():
+        failing = _failing(tuple(mine), now)
+        whole = out[place.field]
+        if not place.member:
+            out[place.field] = Broken(whole, failing)
+            continue
+        members = dict(_members(whole) or {})
+        members[place.member] = Broken(members[place.member], failing)
+        alone = isinstance(whole, Mapping)
+        out[place.field] = members if alone else replace(whole, parts=members)  # type: ignore[type-var]
+    return out
+
+
+def _meant(fault: Fault, slot: str, places: list[_Place]) -> list[_Place]:
+    """The parts that a fault breaks."""
+    if fault.of == ALL:
+        found = places
+    elif fault.of:
+        found = [x for x in places if fault.of in x.names]
+    else:
+        found = places[:1]
+    if found:
+        return found
+    known = [name for x in places for name in x.names]
+    raise BadInput(
+        f"a fault breaks {fault.what!r}: {UnknownName(f'{slot} aboard', fault.of, known)}"
+    )
 
 
 def _failing(faults: tuple[Fault, ...], now: Callable[[], float]) -> Callable[[], str]:

@@ -2,8 +2,8 @@
 
 A hexacopter whose rotors turn left and right by turns cannot hover on five rotors without turning itself, unless the
 one opposite the dead one makes no thrust at all. Left to idle, that one turns an F550 by 0.19 rad/s more each second,
-and after a quarter of a minute nobody can steer it any more. So it is stopped, too, and yaw is given up: on four rotors
-what tilt does to yaw comes back when the tilt does.
+and no motor can undo it (tests/plant/test_broken_motors.py asks a linear programme). So it is stopped, too, and yaw is
+given up: on four rotors what tilt does to yaw comes back when the tilt does.
 """
 
 from __future__ import annotations
