@@ -102,7 +102,7 @@ def test_swaps_can_be_written_and_the_command_finds_the_parts_and_says_who_flew(
     assert [x[2:] for x in log.meta["swaps"]] == [
         ["TiltAxis", "first"], ["MpcController", "taken over"], ["TiltAxis", "taken over"],
     ]  # fmt: skip
-    fly_command._print(log)
+    fly_command.show(log)
     assert "0.20 s: controller MpcController: taken over" in capsys.readouterr().out
 
 
