@@ -148,6 +148,14 @@ def test_a_place_that_is_not_where_its_own_velocity_has_led_has_jumped(kind, bou
     assert_says(at(bound + 0.01), EMERGENCY, "jump", f"{bound + 0.01:.2f} m", f"{bound:g} m")
 
 
+def test_an_estimate_that_jumps_far_is_landed_from_where_it_is_now_and_does_not_fall():
+    before, _ = look()
+    far = HERE._replace(r=np.add(HERE.r, (9.0, 0.0, 0.0)))
+    memory, said = look(before, far)
+    assert_says(said, EMERGENCY, "jump", "9.00 m")
+    assert look(memory, far)[1].trigger == "lost"  # who does not land then
+
+
 def test_flying_fast_is_no_jump():
     memory, v = LOUD, np.array((200.0, 0.0, 0.0))
     for k in range(50):
@@ -293,6 +301,12 @@ def test_a_command_that_is_no_number_is_told_at_once_even_while_mute(bad):
     said = look(begun(LIMITS), command=HOVER._replace(**bad))[1]
     assert (said.level, said.trigger) == (EMERGENCY, "controller")
     assert re.search("inf|nan", said.said)
+
+
+def test_what_comes_of_an_estimate_that_is_no_number_is_blamed_on_nobody_else():
+    given = {"reference": still(np.full(3, nan)), "command": HOVER._replace(f_d=nan)}
+    ticks, said = speaks_after(estimate=HERE._replace(r=np.full(3, nan)), **given)
+    assert (ticks, said.trigger) == (10, "state missing")
 
 
 def test_before_anything_was_asked_there_is_nothing_to_compare():

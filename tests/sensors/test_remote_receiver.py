@@ -102,5 +102,5 @@ def test_a_file_says_how_the_sticks_are_held(tmp_path):
 def test_a_file_that_pushes_a_switch_half_way_is_refused(tmp_path):
     path = tmp_path / "sticks.toml"
     path.write_text(SAID.replace("engaged = true", "engaged = 0.5"))
-    with pytest.raises(BadInput, match="engaged is 0.5; it must be true or false"):
+    with pytest.raises(BadInput, match=r"engaged is 0\.5; it must be true or false"):
         scenarios.load(str(path))

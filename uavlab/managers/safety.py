@@ -124,15 +124,19 @@ def watched(
     -------
     Watch, Verdict
         The verdict is repeated as long as its cause is there. Of several causes the gravest speaks. For ``limits.mute``
-        after a switch only an estimate, reference or command that is missing has a voice.
+        after a switch only an estimate, reference or command that is missing has a voice. While the estimate is no
+        number, nobody else is blamed; who flies then must see to it that a command is one.
     """
     known = _finite(estimate.r, estimate.v, estimate.R, estimate.omega)
     memory = _counted(limits, memory, estimate if known else None, command, play, dt)
-    found = _missing(limits, memory, estimate, reference, command)
+    found = _missing(limits, memory)
+    if known:  # else it is no fault of theirs
+        found |= _no_numbers(reference, command)
     if known and memory.mute <= 0.0:
         bounds = limits.bounds.get(play.kind, limits.bounds["se3"])
-        found |= _aside(bounds, limits, estimate, reference)
-        found |= _jumped(bounds, limits, memory.expected, estimate)
+        jump = _jumped(bounds, limits, memory.expected, estimate)
+        found |= jump or _apart(bounds, estimate, reference)
+        found |= _aside(limits, estimate, reference)
         found |= _for_long(limits, memory, estimate, command)
     memory = memory._replace(expected=_later(estimate if known else memory.expected, dt))
     return memory, _gravest(found, play.emergency)
@@ -195,14 +199,8 @@ def _strains(limits: Safety, command: Command) -> bool:
     return sqrt(max(command.f_d, 0.0)) > (limits.throttle - b_t) / a_t
 
 
-def _missing(
-    limits: Safety,
-    m: Watch,
-    estimate: Estimate,
-    reference: Reference | None,
-    command: Command | None,
-) -> dict[str, str]:
-    """What is not there: estimate, its measurements, reference, command; never muted."""
+def _missing(limits: Safety, m: Watch) -> dict[str, str]:
+    """Whether there is an estimate, and measurements behind it; never muted."""
     found = {}
     if _lasts(m.missing, limits.missing_time):
         found["state missing"] = (
@@ -213,6 +211,12 @@ def _missing(
             f"no measurement has stood behind the estimate for {m.unreliable:.2f} s; "
             f"bound {limits.unreliable_time:g} s"
         )
+    return found
+
+
+def _no_numbers(reference: Reference | None, command: Command | None) -> dict[str, str]:
+    """Whether tracker and controller give anything; never muted."""
+    found = {}
     if reference is not None and not _finite(reference.r, reference.v, reference.heading):
         found["tracker"] = (
             f"the reference is at {reference.r} m, heading {reference.heading} rad; only numbers can be flown"
@@ -224,20 +228,29 @@ def _missing(
     return found
 
 
-def _aside(
-    bounds: Bounds, limits: Safety, estimate: Estimate, reference: Reference | None
-) -> dict[str, str]:
-    """How far the aircraft is from where it should be, and how it is turned."""
+def _apart(bounds: Bounds, estimate: Estimate, reference: Reference | None) -> dict[str, str]:
+    """How far the aircraft is from where it should be.
+
+    Nobody asks in the tick of a jump. It is the estimate that went away then, not the aircraft: who lands from where it
+    is now believed to be has no error left, and need not fall.
+    """
+    if reference is None:
+        return {}
+    e = _length(reference.r - estimate.r)
+    said = f"the reference is {e:.2f} m from the estimate; bound"
+    if e > bounds.lost:
+        return {"lost": f"{said} {bounds.lost:g} m"}
+    return {"control error": f"{said} {bounds.error:g} m"} if e > bounds.error else {}
+
+
+def _aside(limits: Safety, estimate: Estimate, reference: Reference | None) -> dict[str, str]:
+    """How the aircraft is turned."""
     found = {}
     tilt = acos(min(max(float(estimate.R[2, 2]), -1.0), 1.0))
     if tilt > limits.tilt:
         found["tilt"] = f"the aircraft is tilted by {_degrees(tilt)}; bound {_degrees(limits.tilt)}"
     if reference is None:
         return found
-    e = _length(reference.r - estimate.r)
-    for trigger, bound in (("lost", bounds.lost), ("control error", bounds.error)):
-        if e > bound:
-            found[trigger] = f"the reference is {e:.2f} m from the estimate; bound {bound:g} m"
     turned = abs(wrap(reference.heading - heading(estimate.R)))
     if turned > limits.heading_error:
         found["heading error"] = (
