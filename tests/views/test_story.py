@@ -5,7 +5,16 @@ import itertools
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from made_flights import AREA, EVENTS, FAULTS, LATE, circle_log, told_log
+from made_flights import (
+    AREA,
+    ELSEWHERE,
+    EVENTS,
+    FAULTS,
+    LATE,
+    banked_log,
+    circle_log,
+    told_log,
+)
 
 from uavlab.errors import BadInput
 from uavlab.types import Exit
@@ -233,6 +242,29 @@ def test_a_zone_without_an_end_does_not_make_the_picture_endless():
     assert np.isfinite([low, high]).all()
     endless = AREA | {"low": -np.inf, "high": np.inf}
     assert np.isfinite(guards_of(told_log(area=endless)).extent).all()
+
+
+def never_flew(log):
+    """A log on whose second hypothesis nobody flew, so that estimate and reference stay as they began."""
+    w = log.worlds
+    still = w._replace(flies=0 * w.flies, shift_r=0 * w.shift_r, shift_heading=0 * w.shift_heading)
+    return log._replace(r_e=log.r + 0.01, worlds=still)
+
+
+@pytest.mark.parametrize("flew", [True, False])
+def test_an_area_of_a_hypothesis_is_drawn_where_its_world_lay(flew):
+    def there(x):  # the world of the map: turned by 1 rad, its origin elsewhere
+        c, s = np.cos(1.0), np.sin(1.0)
+        return np.asarray(x) @ np.array([[c, -s], [s, c]]).T + ELSEWHERE[:2]
+
+    zones = [x | {"border": there(x["border"]).tolist()} for x in AREA["no_fly"]]
+    area = AREA | {"border": there(AREA["border"]).tolist(), "low": 1.5, "high": 7.0}
+    log = banked_log()
+    log = log._replace(meta=log.meta | {"area": area | {"world": "map", "no_fly": zones}})
+    top, side = plot_path(log if flew else never_flew(log)).axes
+    np.testing.assert_allclose(top.patches[0].get_xy()[:-1], AREA["border"], atol=1e-6)
+    np.testing.assert_allclose(top.patches[1].get_xy()[:-1], AREA["no_fly"][0]["border"], atol=1e-6)
+    assert side.patches[0].get_xy()[:, 1].min() == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("turn", [1, -1])

@@ -11,7 +11,7 @@ from uavlab.flight.log import Log
 from uavlab.flight.worlds import told
 from uavlab.types import Array, Vec3
 from uavlab.views import style
-from uavlab.views.guards import Guards, guards_of
+from uavlab.views.guards import Guards, guards_of, settled
 
 QUAD_X = (
     np.pi / 4,
@@ -42,7 +42,7 @@ def cast(logs: Log | Sequence[Log] | Mapping[str, Log]) -> dict[str, Log]:
     for label, log in named.items():
         if not isinstance(log, Log):
             raise BadInput(f"{label!r} is a {type(log).__name__}; a uavlab Log is needed.")
-    return {label: told(style.whole(log)) for label, log in named.items()}
+    return {label: told(settled(style.whole(log))) for label, log in named.items()}
 
 
 def rotor_places(log: Log) -> tuple[Array, Array, float]:

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from uavlab.flight.log import Log
+from uavlab.flight.worlds import told
+from uavlab.so3 import about_z
 from uavlab.types import Array, Vec3
 from uavlab.views import style
 
@@ -49,20 +51,59 @@ class Guards(NamedTuple):
 
 def guards_of(log: Log) -> Guards:
     """What `log.meta` tells; empty for a log that tells nothing."""
-    told = log.meta.get("area") or {}
-    area = _zone(told, "area") if told.get("border") is not None else None
+    given = log.meta.get("area") or {}
+    area = _zone(given, "area") if given.get("border") is not None else None
     zones = tuple(
         _zone(x, str(x.get("name") or f"no-fly zone {k + 1}"))
-        for k, x in enumerate(told.get("no_fly") or [])
+        for k, x in enumerate(given.get("no_fly") or [])
     )
     obstacles = np.asarray(log.meta.get("obstacles") or [], dtype=float).reshape(-1, 4)
     return Guards(area, zones, obstacles)
 
 
-def _zone(told: dict[str, Any], name: str) -> Zone:
-    low, high = told.get("low"), told.get("high")
+def settled(log: Log) -> Log:
+    """The log with its area told in the world of the start; one that is told there already comes back unchanged.
+
+    A hypothesis may drift against the start. What counts is where its world lay when it began to fly, or, if it never
+    did, when it was first reliable.
+
+    Parameters
+    ----------
+    log : Log
+        As flown: not yet `uavlab.flight.worlds.told`.
+    """
+    area, w = log.meta.get("area") or {}, log.worlds
+    if area.get("world") not in w.names:
+        return log
+    turn, r = _world(log, w.names.index(area["world"]))
+    R = about_z(turn)
+
+    def moved(zone: dict[str, Any]) -> dict[str, Any]:
+        border = (np.asarray(zone["border"], dtype=float) - r[:2]) @ R[:2, :2]
+        heights = {x: zone[x] - r[2] for x in ("low", "high") if zone.get(x) is not None}
+        return zone | {"border": border.tolist()} | heights
+
+    zones = [moved(x) for x in area.get("no_fly") or []]
+    return log._replace(meta=log.meta | {"area": moved(area) | {"no_fly": zones, "world": ""}})
+
+
+def _world(log: Log, k: int) -> tuple[float, Vec3]:
+    """World of the start → world of hypothesis `k`: its turn [rad] and shift (3,) [m]."""
+    w = log.worlds
+    if (w.flies == k).any():
+        i = int(np.argmax(w.flies == k))
+        return float(w.shift_heading[i]), w.shift_r[i]
+    if not w.reliable[:, k].any():
+        return 0.0, np.zeros(3)
+    i, now = int(np.argmax(w.reliable[:, k])), told(log)
+    turn = float(w.heading[i, k] - np.arctan2(now.R_e[i, 1, 0], now.R_e[i, 0, 0]))
+    return turn, w.r[i, k] - about_z(turn) @ now.r_e[i]
+
+
+def _zone(zone: dict[str, Any], name: str) -> Zone:
+    low, high = zone.get("low"), zone.get("high")
     return Zone(
-        np.asarray(told["border"], dtype=float).reshape(-1, 2),
+        np.asarray(zone["border"], dtype=float).reshape(-1, 2),
         -np.inf if low is None else float(low),
         np.inf if high is None else float(high),
         name,

@@ -17,7 +17,7 @@ from uavlab.parts.slot import FIRST, TAKEN
 from uavlab.types import GRAVITY, Array
 from uavlab.views import fences, story, style
 from uavlab.views.cast import in_view
-from uavlab.views.guards import guards_of
+from uavlab.views.guards import guards_of, settled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,7 +91,7 @@ def plot_path(log: Log, *, reference: bool = True, heading_every: float | None =
     heading_every : float, optional
         Time between two arrows of heading [s]; about twenty in all if it is not given.
     """
-    log = told(style.whole(log))
+    log = told(settled(style.whole(log)))
     with style.styled() as plt:
         figure, (top, side) = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
         for at, (i, j) in ((top, (0, 1)), (side, (0, 2))):

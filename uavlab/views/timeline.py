@@ -41,7 +41,7 @@ def plot_story(log: Log) -> Figure:
     BadInput
         There is nothing to tell.
     """
-    log = told(style.whole(log))
+    log = told(guards.settled(style.whole(log)))
     if not (len(log.t) and story.eventful(log)):
         raise BadInput("this log tells of no modes, swaps, refusals or faults; see plot_flight.")
     rows, broken = story.rows(log), story.faults(log)
