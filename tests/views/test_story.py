@@ -219,13 +219,20 @@ def test_the_plan_shows_the_corners_of_the_area_where_they_are():
     assert (heights.min(), heights.max()) == (AREA["low"], AREA["high"])
 
 
-def test_a_huge_area_does_not_lose_the_aircraft():
-    huge = AREA | {"border": (1000 * np.array(AREA["border"])).tolist(), "high": 5000.0}
-    flights = {"flown": told_log(area=huge, obstacles=[])}
+@pytest.mark.parametrize("times", [1.6, 1000.0])
+def test_an_area_of_any_size_does_not_lose_the_aircraft(times):
+    border = (times * np.array(AREA["border"])).tolist()
+    flights = {"flown": told_log(area=AREA | {"border": border, "high": 6.0 * times})}
     flown = np.subtract(*bounds(flights)[::-1])
     framed = np.subtract(*in_view(flights)[::-1])
     assert (framed <= flown + 1.5 * flown.max() + 1e-9).all()
-    assert (framed > flown).all()
+
+
+def test_walls_that_are_far_away_do_not_widen_the_picture():
+    far = {"border": (1000 * np.array(AREA["border"])).tolist(), "low": 0.0, "high": 500.0}
+    flights = {"flown": told_log(area=far, obstacles=[[900.0, 0.0, 1.0, 10.0]])}
+    np.testing.assert_array_equal(in_view(flights)[1], bounds(flights)[1])
+    assert frame_of(flights)[0][2] == 0.0
 
 
 def test_a_small_area_is_seen_whole_and_a_log_without_one_is_framed_as_ever():
@@ -238,10 +245,10 @@ def test_a_small_area_is_seen_whole_and_a_log_without_one_is_framed_as_ever():
 
 
 def test_a_zone_without_an_end_does_not_make_the_picture_endless():
-    low, high = guards_of(told_log()).extent
-    assert np.isfinite([low, high]).all()
-    endless = AREA | {"low": -np.inf, "high": np.inf}
-    assert np.isfinite(guards_of(told_log(area=endless)).extent).all()
+    endless = AREA | {"low": -np.inf, "high": None}
+    for area in (AREA, endless):
+        assert np.isfinite(guards_of(told_log(area=area)).extents).all()
+        assert np.isfinite(frame_of({"flown": told_log(area=area)})).all()
 
 
 def never_flew(log):

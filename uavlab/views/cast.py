@@ -86,18 +86,19 @@ def guards_in(flights: Mapping[str, Log]) -> Guards:
 
 
 def in_view(flights: Mapping[str, Log], most: float = 2.5) -> tuple[Vec3, Vec3]:
-    """`bounds`, and of the first flight's area, zones and obstacles as much as leaves the aircraft in sight.
+    """`bounds`, and of the first flight's area, zones and obstacles what leaves the aircraft in sight.
 
-    No side grows beyond `most` times the longest one that was flown.
+    A side grows to a wall that is near: none is moved so far that the picture is wider than `most` times the longest
+    side that was flown. What is farther away is not looked for.
     """
     low, high = bounds(flights)
-    guards = guards_in(flights)
-    if not guards:
-        return low, high
     room = (most - 1.0) / 2.0 * max(float((high - low).max()), 2.0)
-    lowest, highest = guards.extent
-    low = np.maximum(np.minimum(low, lowest), low - room)
-    return low, np.minimum(np.maximum(high, highest), high + room)
+    least, greatest = low - room, high + room
+    for a, b in guards_in(flights).extents:
+        if (a < greatest).all() and (b > least).all():
+            low = np.where(a >= least, np.minimum(low, a), low)
+            high = np.where(b <= greatest, np.maximum(high, b), high)
+    return low, high
 
 
 def frame_of(flights: Mapping[str, Log], least: float = 2.0) -> tuple[Vec3, Vec3]:

@@ -33,20 +33,17 @@ class Guards(NamedTuple):
         return self.area is not None or bool(self.no_fly) or len(self.obstacles) > 0
 
     @property
-    def extent(self) -> tuple[Vec3, Vec3]:
-        """Lowest and highest corner of all of it [m], each (3,), where it is finite."""
-        zones = [*self.no_fly, *([self.area] if self.area else [])]
-        rows = [np.array([[*p, h] for p in z.border for h in (z.low, z.high)]) for z in zones]
-        x, y, radius, height = self.obstacles.T
-        rows += [np.stack([x - radius, y - radius, 0 * x], axis=1)]
-        rows += [np.stack([x + radius, y + radius, height], axis=1)]
-        points = np.concatenate(rows)
-        points = np.where(np.isfinite(points), points, np.nan)
-        known = np.isfinite(points).any(axis=0)
-        low, high = np.zeros(3), np.zeros(3)
-        low[known] = np.nanmin(points[:, known], axis=0)
-        high[known] = np.nanmax(points[:, known], axis=0)
-        return low, high
+    def extents(self) -> list[tuple[Vec3, Vec3]]:
+        """Lowest and highest corner of each thing [m], each (3,); what has no end up or down counts from the ground."""
+        found = []
+        for zone in [*self.no_fly, *([self.area] if self.area else [])]:
+            low, high = (x if np.isfinite(x) else 0.0 for x in (zone.low, zone.high))
+            corners = zone.border.min(axis=0), zone.border.max(axis=0)
+            found.append((np.array([*corners[0], low]), np.array([*corners[1], max(low, high)])))
+        for x, y, radius, height in self.obstacles.tolist():
+            low, high = [x - radius, y - radius, 0.0], [x + radius, y + radius, height]
+            found.append((np.array(low), np.array(high)))
+        return found
 
 
 def guards_of(log: Log) -> Guards:
