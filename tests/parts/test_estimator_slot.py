@@ -13,6 +13,7 @@ from uavlab.flight.log import UNITS
 from uavlab.flight.scenario import Swap
 from uavlab.flight.slot import slotted, swappable, with_slots
 from uavlab.frames import NO_SHIFT, Shift, compose, heading, inverse, moved, wrap
+from uavlab.managers.pair import Pair
 from uavlab.parts.bank import BankEstimator, chosen
 from uavlab.parts.controllers import HeadingController
 from uavlab.parts.estimator_slot import EstimatorSlot
@@ -364,6 +365,16 @@ def test_a_slot_goes_inside_of_what_vets_the_readings():
 def test_a_part_of_another_slot_is_no_estimator():
     with pytest.raises(BadInput, match="swaps of the estimator: TiltAxis is a controller"):
         with_slots(hover(Swap(0.1, "estimator", "TiltAxis")), uavlab.stack("F450"))
+
+
+def test_trackers_and_controllers_of_a_pilot_are_his_own_matter_and_estimators_are_not():
+    mind = uavlab.stack("F450")
+    mind = mind._replace(pilot=Pair(mind.tracker, mind.controller))
+    scenario = hover(Swap(0.1, "controller", "soft"), Swap(0.1, "estimator", "FixedPriority"))
+    made = with_slots(scenario, mind)
+    swappable(scenario, made)
+    assert made.controller is mind.controller
+    assert isinstance(made.estimator, EstimatorSlot)
 
 
 def request(bank, name, seconds=1.2):

@@ -51,7 +51,7 @@ def slotted(parts: Mapping[str, Any], first: str = "") -> Filled:
 
 
 def swappable(scenario: Scenario, mind: Stack) -> None:
-    """Refuse a scenario whose swaps this mind cannot obey.
+    """Refuse a scenario whose swaps this mind cannot obey. What a pilot flies is his own; he refuses in flight.
 
     Raises
     ------
@@ -59,6 +59,8 @@ def swappable(scenario: Scenario, mind: Stack) -> None:
         A slot of the mind is no `Slot` or `EstimatorSlot` or bank, or has no part of that name.
     """
     for swap in scenario.swaps:
+        if mind.pilot is not None and swap.slot != "estimator":
+            continue
         part = getattr(mind, swap.slot)
         where = f"scenario {scenario.name!r}: at {swap.t:g} s {swap.name!r} is to take over as {swap.slot}"
         names = swapped(part)
@@ -83,7 +85,7 @@ def with_slots(scenario: Scenario, mind: Stack) -> Stack:
 
     In such a slot are the part that is there, by the name of its class, and those that the swaps name, which must be
     known to `uavlab.flight.fill.fill`. Estimators go into an `EstimatorSlot`, inside of a `Vetted` if there is one;
-    filters of a bank are swapped by the bank itself.
+    filters of a bank are swapped by the bank itself. Trackers and controllers of a pilot are his own.
 
     Raises
     ------
@@ -94,7 +96,8 @@ def with_slots(scenario: Scenario, mind: Stack) -> Stack:
         old: Any = getattr(mind, slot)
         has = swapped(old)
         asked = [x.name for x in scenario.swaps if x.slot == slot and x.name not in has]
-        if not asked or isinstance(old, Slot | EstimatorSlot):
+        flown = mind.pilot is not None and slot != "estimator"
+        if flown or not asked or isinstance(old, Slot | EstimatorSlot):
             continue
         vetted = old if isinstance(old, Vetted) else None
         if vetted is not None:
