@@ -34,6 +34,7 @@ MODULES: tuple[str, ...] = (
     "landing_detection",
     "failsafe_fall",
     "swaps",
+    "estimator_swaps",
 )
 
 LEAST_SEEDS = 20  # a number of chance is a mean over at least so many flights
