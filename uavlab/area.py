@@ -230,7 +230,7 @@ class Area:
 
         def way(k: int) -> str:
             start = f"{name(k - 1)}, " if k else ""
-            return f"the way from {start}{_place(ways[k, 0])} m to {name(k)}, {_place(r[k])} m,"
+            return f"the way from {start}{_place(ways[k, 0])} m, to {name(k)}, {_place(r[k])} m,"
 
         if (k := first_leaving(ways, self._rooms)) is not None:
             return f"{way(k)} leaves the safety area; keep within its border"
