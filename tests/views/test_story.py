@@ -16,6 +16,7 @@ from made_flights import (
     told_log,
 )
 
+from uavlab.commands import fly
 from uavlab.errors import BadInput
 from uavlab.types import Exit
 from uavlab.views import picture, plot_flight, plot_path, plot_story, story, style
@@ -285,3 +286,16 @@ def test_the_lid_of_a_hollow_zone_covers_it_and_nothing_else(turn):
     cut = triangles(border)
     assert len(cut) == len(border) - 2
     assert sum(area(border[list(x)]) for x in cut) == pytest.approx(4.0 - 0.8)
+
+
+# On the command line ---------------------------------------------------------------------------------
+
+
+def test_a_flight_with_modes_is_printed_event_by_event_and_drawn_as_a_story(tmp_path, capsys):
+    fly.show(told_log())
+    said = capsys.readouterr().out
+    assert f"    4.00 s: safety: control error: {LATE}\n" in said
+    assert "    2.50 s: controller tight: refused: its f_d is nan\n" in said
+    for log, written in ((told_log(0.8), True), (circle_log(0.8), False)):
+        fly.write(log, tmp_path / str(written))
+        assert (tmp_path / str(written) / "story.png").exists() == written
