@@ -328,7 +328,7 @@ class Exit(Enum):
     LANDED = "the aircraft landed and switched its motors off"
     FAILSAFE = "the aircraft came down under the failsafe"
     TILT = "the thrust axis passed 90 degrees of tilt"
-    CRASH = "the aircraft hit the ground faster than it can bear"
+    CRASH = "the aircraft hit an obstacle, or the ground faster than it can bear"
     AWAY = "the aircraft left the flight volume"
     NAN = "a part returned a number that is not finite"
     ERROR = "a part raised an error"

@@ -22,6 +22,7 @@ from uavlab.flight.scenario import SWAPPED, Scenario, checked
 from uavlab.flight.slot import swappable
 from uavlab.interfaces import Report, Stack
 from uavlab.plant import CompiledPlant, gusts, load_airframe
+from uavlab.plant.obstacles import hit
 from uavlab.types import Command, Exit
 
 HARD_IMPACT = 3.0  # [m/s], what landing feet bear
@@ -133,7 +134,8 @@ def _run(
             solve = perf_counter() - start
             record.write(tick, world, wind, estimate, reference, command, solve)
             record.believe(tick, estimate, mind.hypotheses())
-            if end := _bad_end(world, command, scenario) or _good_end(world, mind.report()):
+            bad = _bad_end(world, command, scenario, float(record.airframe.arm))
+            if end := bad or _good_end(world, mind.report()):
                 return end
             mind.doing = "plant"
             world = faults.advance(world_of, world, command, wind, dt, inner)
@@ -174,7 +176,7 @@ def _good_end(world: Any, report: Report) -> Ending | None:
     return Ending(exit_, f"{exit_.value} at t = {world.t:.2f} s, at ({x:.1f}, {y:.1f}) m")
 
 
-def _bad_end(world: Any, command: Command, scenario: Scenario) -> Ending | None:
+def _bad_end(world: Any, command: Command, scenario: Scenario, arm: float) -> Ending | None:
     """Whether the flight is over, and why."""
     w, r, r0 = command.omega_d, world.r, scenario.start.r
     x, y, z = r[0] - r0[0], r[1] - r0[1], r[2] - r0[2]
@@ -185,6 +187,9 @@ def _bad_end(world: Any, command: Command, scenario: Scenario) -> Ending | None:
         exit_, said = Exit.NAN, f"the position is {r}"
     elif world.impact > HARD_IMPACT:
         exit_, said = Exit.CRASH, f"hit the ground at {world.impact:.1f} m/s"
+    elif it := hit(scenario.obstacles, r, arm):
+        where = f"({it.x:g}, {it.y:g}) m, {it.radius:g} m thick, {it.height:g} m high,"
+        exit_, said = Exit.CRASH, f"hit an obstacle at {where}"
     elif world.R[2, 2] < 0.0:
         exit_, said = Exit.TILT, "tilted past 90 degrees"
     elif away > scenario.reach**2:

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from uavlab.area import Area
 from uavlab.errors import BadInput
 from uavlab.flight.fault import Fault, checked_faults
 from uavlab.interfaces import Mission, Stack
-from uavlab.plant import CALM, Wind
-from uavlab.plant.obstacles import Obstacle
+from uavlab.plant import CALM, Wind, load_airframe
+from uavlab.plant.obstacles import Obstacle, checked_obstacles, hit
 from uavlab.types import State
 
 SWAPPED = ("estimator", "tracker", "controller")  # slots whose parts may be swapped in flight
@@ -43,7 +44,7 @@ class Scenario(NamedTuple):
     mind: Callable[[str], Stack] | None = None  # airframe → who flies if nobody else is named
     swaps: tuple[Swap, ...] = ()  # who takes over, and when
     faults: tuple[Fault, ...] = ()  # what breaks, and when
-    area: Any = None  # uavlab.area.Area, in which a pilot stays; None: everywhere
+    area: Area | None = None  # in which a pilot stays; None: everywhere
     obstacles: tuple[Obstacle, ...] = ()  # what stands in the way
 
 
@@ -62,7 +63,31 @@ def checked(scenario: Scenario) -> Scenario:
             )
     _check_swaps(scenario)
     checked_faults(scenario)
+    _check_places(scenario)
     return scenario
+
+
+def _check_places(scenario: Scenario) -> None:
+    """Whether the aircraft starts where it may fly, beside all that stands there."""
+    who, area, r = f"scenario {scenario.name!r}", scenario.area, scenario.start.r
+    try:
+        checked_obstacles(scenario.obstacles)
+    except BadInput as error:
+        raise BadInput(f"{who}: {error}") from None
+    if scenario.obstacles:
+        arm = float(load_airframe(scenario.airframe).arm)
+        if it := hit(scenario.obstacles, r, arm):
+            raise BadInput(
+                f"{who}: the start, {r.tolist()} m, is less than the arm of {arm:g} m from the obstacle at "
+                f"({it.x:g}, {it.y:g}) m; start farther away."
+            )
+    if area is None:
+        return
+    if not isinstance(area, Area):
+        raise BadInput(f"{who}: area is {area!r}; it must be a uavlab.area.Area, or None.")
+    standing_ = np.array([r[0], r[1], max(r[2], area.low)]) if r[2] <= 0.0 else r  # to take off
+    if not area.world and (why := area.why_not_at(standing_)):
+        raise BadInput(f"{who}: where it starts: {why}; or move the area.")
 
 
 def _check_swaps(scenario: Scenario) -> None:
