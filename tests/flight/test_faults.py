@@ -2,7 +2,7 @@
 
 import tomllib
 from dataclasses import dataclass, field
-from math import inf
+from math import inf, isnan
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -11,6 +11,7 @@ import pytest
 
 import uavlab
 from uavlab.errors import BadInput
+from uavlab.flight.broken import broken
 from uavlab.flight.fault import KINDS, Fault
 from uavlab.flight.injected import Injected
 from uavlab.flight.log import UNITS
@@ -20,14 +21,15 @@ from uavlab.managers.pair import Pair
 from uavlab.parts.controllers import Gains, TiltAxis
 from uavlab.parts.estimators import AlphaBetaGamma
 from uavlab.parts.landoff import LandOff
-from uavlab.parts.missions import Fly, Waypoints
+from uavlab.parts.missions import Fly, Waypoints, still
 from uavlab.parts.trackers import CommandFilter
 from uavlab.plant import Wind, load_airframe
 from uavlab.sensors import carry, laboratory
-from uavlab.types import Trajectory
+from uavlab.types import Estimate, Trajectory
 
 G, DT = 9.81, 0.01
 F450 = load_airframe("F450")
+HERE, GOAL = Estimate(*np.zeros((3, 3)), np.eye(3), np.zeros(3)), still(np.ones(3))
 FLOWN = [k for k in UNITS if k != "solve"]
 
 
@@ -276,7 +278,8 @@ class Many:
 
 
 def test_a_pilots_parts_break_inside_it():
-    laws = {"slack": TiltAxis(F450.m), "stiff": TiltAxis(F450.m, Gains(k_p=12.0))}
+    stiff = TiltAxis(F450.m, Gains(k_p=12.0))
+    laws = {"law": TiltAxis(F450.m), "stiff": stiff, "law tight": stiff}
     pilot: Any = Many({"slow": CommandFilter(1.0)}, Slot(laws), TiltAxis(F450.m))
     mind = uavlab.stack("F450")._replace(pilot=pilot)
 
@@ -286,13 +289,23 @@ def test_a_pilots_parts_break_inside_it():
     assert "the tracker raised RuntimeError" in ends("tracker", "raises").reason
     assert "the tracker raised RuntimeError" in ends("tracker.slow", "raises").reason
     assert ends("controller", "nan").exit.name == "NAN"
-    assert ends("controller.slack", "nan").exit.name == "NAN"
+    assert ends("controller.law", "nan").exit.name == "NAN"
+    assert ends("controller.law tight", "nan").exit.name == "DONE"
     assert ends("controller.stiff", "nan").exit.name == "DONE"  # it does not fly
     assert ends("controller.spare", "raises").exit.name == "DONE"
     assert ends("controller.*", "nan").exit.name == "NAN"
     assert np.isnan(ends("estimator", "nan").r_e[30]).all()
+    slot: Any = broken(
+        mind, (Fault("part", 0.3, what="controller", value="nan"),), lambda: 1.0
+    ).pilot
+    failing = {
+        name: isnan(law.step(law.init(HERE, None), HERE, GOAL, DT)[1].f_d)
+        for name, law in slot.controllers.parts.items()
+    }
+    assert failing == {"law": True, "stiff": False, "law tight": True}
+    assert isinstance(slot.controllers.parts["law"], TiltAxis)
     with pytest.raises(
-        BadInput, match=r"no controller aboard named 'MpcController'.*slack, spare, stiff"
+        BadInput, match=r"no controller aboard named 'MpcController'.*law, law tight, spare, stiff"
     ):
         ends("controller.MpcController", "nan")
 

@@ -18,10 +18,17 @@ ALL = "*"  # every part of a slot
 
 
 class Broken:
-    """A part as it is, but for the times at which `failing` says how it fails: ``raises``, ``nan`` or nothing."""
+    """A part as it is, but for the times at which `failing` says how it fails: ``raises``, ``nan`` or nothing.
+
+    Whoever asks what it is hears what the part is: nobody should fly otherwise because it may break.
+    """
 
     def __init__(self, part: Any, failing: Callable[[], str]) -> None:
         self.part, self.failing = part, failing
+
+    @property
+    def __class__(self) -> type:  # type: ignore[override]
+        return type(self.part)
 
     def init(self, *given: Any) -> Any:
         """As the part's, or it raises."""
@@ -91,7 +98,7 @@ class _Place(NamedTuple):
 
     field: str
     member: str  # of the slot in that field; empty: the part is there alone
-    names: tuple[str, ...]  # by which a fault may call it
+    names: tuple[str, ...]  # by which a fault may call it, the last one without its gains or limits
 
 
 def _held(pilot: Any) -> dict[str, Any]:
@@ -114,19 +121,25 @@ def _places(held: Mapping[str, Any], slot: str) -> list[_Place]:
     for field, part in held.items():
         members = _members(part)
         if members is None:
-            if getattr(part, "slot", None) == slot or field == slot:
+            has = getattr(part, "slot", None)
+            if has == slot or (field == slot and callable(getattr(part, "step", None))):
                 out.append(_Place(field, "", (field, type(part).__name__)))
             continue
         names = [x for x, y in members.items() if getattr(y, "slot", None) == slot]
         first = getattr(part, "first", "")
-        out += [_Place(field, x, (x,)) for x in sorted(names, key=lambda x: x != first)]
+        out += [
+            _Place(field, x, (x, x.split()[0])) for x in sorted(names, key=lambda x: x != first)
+        ]
     return out
 
 
 def _breaking(
     held: Mapping[str, Any], slot: str, faults: tuple[Fault, ...], now: Callable[[], float]
 ) -> dict[str, Any]:
-    """What is held, by field, with the parts broken that the faults name; the first one if they name none."""
+    """What is held, by field, with the parts broken that the faults name; if they name none, the first one.
+
+    "MpcTracker slow" is an MpcTracker with other limits, and breaks with it.
+    """
     places = _places(held, slot)
     of: dict[_Place, list[Fault]] = {}
     for fault in faults:
@@ -153,10 +166,10 @@ def _meant(fault: Fault, slot: str, places: list[_Place]) -> list[_Place]:
     elif fault.of:
         found = [x for x in places if fault.of in x.names]
     else:
-        found = places[:1]
+        found = [x for x in places if x.names[-1] == places[0].names[-1]]
     if found:
         return found
-    known = [name for x in places for name in x.names]
+    known = {name for x in places for name in x.names}
     raise BadInput(
         f"a fault breaks {fault.what!r}: {UnknownName(f'{slot} aboard', fault.of, known)}"
     )
