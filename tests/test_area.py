@@ -244,10 +244,10 @@ def test_who_does_not_know_where_it_is_gets_no_way():
         ({"low": np.nan}, "low is nan; it must be a number"),
         ({"high": "top"}, "high is 'top'; it must be a number"),
         ({"margin": -1}, "margin is -1 m; it must be ≥ 0"),
-        ({"margin": 2.0}, "a margin of 2 m leaves nothing of it; take a smaller one, or a wider border"),
+        ({"margin": 2.0}, "margin is 2 m, which leaves nothing of it; take less, or a wider border"),
         ({"world": None}, "world is None; it must be a name, or empty"),
         ({"no_fly": (1,)}, "no_fly[0] is 1; it must be a NoFly"),
-        ({"no_fly": (TOWER, TOWER)}, "two no-fly zones are called 'tower'; rename one"),
+        ({"no_fly": (TOWER, TOWER)}, "no_fly has two zones named 'tower'; rename one"),
     ],
 )  # fmt: skip
 def test_an_area_that_cannot_be_is_refused_by_field_value_and_bound(change, said):
@@ -295,8 +295,8 @@ def test_what_is_told_makes_the_same_area_again():
     assert from_told(strict).high == np.inf
     with pytest.raises(BadInput, match=r"tells no safety area.*'low'"):
         from_told({"border": YARD, "high": 3.0})
-    with pytest.raises(BadInput, match=r"tells no safety area.*'hight'"):
-        from_told({"border": YARD, "low": 0.0, "hight": 3.0})
+    with pytest.raises(BadInput, match=r"tells no safety area.*'highh'"):
+        from_told({"border": YARD, "low": 0.0, "highh": 3.0})
 
 
 # Speed ----------------------------------------------------------------------------------------------------

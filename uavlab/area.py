@@ -124,7 +124,7 @@ class Area:
         _hold(self, border=border, margin=margin, no_fly=_zones(self.no_fly), **heights)
         if self._rooms[0].is_empty:
             raise BadInput(
-                f"safety area: a margin of {margin:g} m leaves nothing of it; take a smaller one, or a wider border."
+                f"safety area: margin is {margin:g} m, which leaves nothing of it; take less, or a wider border."
             )
 
     def why_not_at(self, r: Vec3) -> str:
@@ -304,7 +304,7 @@ def _zones(zones: Any) -> tuple[NoFly, ...]:
         if not isinstance(zone, NoFly):
             raise BadInput(f"safety area: no_fly[{k}] is {zone!r}; it must be a NoFly.")
         if zone.name in names:
-            raise BadInput(f"safety area: two no-fly zones are called {zone.name!r}; rename one.")
+            raise BadInput(f"safety area: no_fly has two zones named {zone.name!r}; rename one.")
         names.add(zone.name)
     return tuple(zones)
 
