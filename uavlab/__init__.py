@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from uavlab.flight.fly import fly
     from uavlab.flight.log import Log, load_log
     from uavlab.flight.metrics import summary
+    from uavlab.flight.piloted import piloted
     from uavlab.flight.scenario import Scenario, standing
     from uavlab.frames import Shift, heading, moved, wrap
     from uavlab.interfaces import Stack
@@ -45,6 +46,7 @@ __all__ = [
     "heading",
     "load_log",
     "moved",
+    "piloted",
     "scenarios",
     "stack",
     "standing",
@@ -61,6 +63,7 @@ _HOMES = {
     "Log": "flight.log",
     "load_log": "flight.log",
     "summary": "flight.metrics",
+    "piloted": "flight.piloted",
     "Scenario": "flight.scenario",
     "standing": "flight.scenario",
     "Stack": "interfaces",

@@ -1,0 +1,123 @@
+"""Emergency and failsafe: what is done when it must come down (MRS Sec. 7.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from uavlab.errors import BadInput
+from uavlab.frames import heading, wrap
+from uavlab.managers.memory import Piloting, changed, noted
+from uavlab.managers.modes import EMERGENCY, FAILSAFE
+from uavlab.managers.safety import Play, Verdict, kind_of, watched
+from uavlab.managers.takeover import tuned
+from uavlab.managers.tasks import OFF, touchdown, touched
+from uavlab.parts.failsafe import Failsafe
+from uavlab.so3 import about_z, exp
+from uavlab.types import Attitude, Command, Estimate, Imu, Mat3, Reference
+
+if TYPE_CHECKING:
+    from uavlab.managers.pilot import SafePilot
+
+PLACE = ("r", "v", "a")
+TURN = ("R", "omega")
+
+
+# What is believed -------------------------------------------------------------------------------------
+
+
+def believed(
+    m: Piloting, estimate: Estimate, readings: Mapping[str, Any], dt: float
+) -> tuple[Piloting, Estimate]:
+    """The estimate, if it is finite; else what is known of it, and for the rest the last that was.
+
+    An attitude that is not known is carried on by what is read: turned by the gyro, its tilt that of the autopilot. For
+    how long this may last is a matter of the watch, who sees the estimate itself.
+    """
+    x = estimate
+    place, turn = x.r.sum() + x.v.sum() + x.a.sum(), x.R.sum() + x.omega.sum()
+    if isfinite(place + turn):
+        return m._replace(estimate=x), x
+    last = m.estimate
+    if not isfinite(place):
+        x = x._replace(**{k: getattr(last, k) for k in PLACE})
+    if not isfinite(turn):
+        R, omega = turned(last.R, readings, dt)
+        x = x._replace(R=R, omega=omega)
+    return m._replace(estimate=x), x
+
+
+def turned(R: Mat3, readings: Mapping[str, Any], dt: float) -> tuple[Mat3, np.ndarray]:
+    """Attitude (3, 3) and rates (3,) [rad/s] a tick later, from what was read alone."""
+    omega = np.zeros(3)
+    imu, ahrs = readings.get("imu"), readings.get("ahrs")
+    if isinstance(imu, Imu) and np.isfinite(imu.gyro).all():
+        omega = imu.gyro
+        R = R @ exp(omega * dt)
+    if isinstance(ahrs, Attitude) and np.isfinite(ahrs.R).all():
+        R = about_z(wrap(heading(R) - heading(ahrs.R))) @ ahrs.R
+    return R, omega
+
+
+# The watch --------------------------------------------------------------------------------------------
+
+
+def guarded(
+    pilot: SafePilot, m: Piloting, told: Estimate, given: tuple[Reference, Command], heard: bool,
+    dt: float,
+) -> tuple[Piloting, Verdict]:  # fmt: skip
+    """What the watch says of this tick; `told` is the estimate as it came."""
+    flying: Any = pilot.controllers.parts[m.controlling.name]
+    ahead: Any = pilot.trackers.parts[m.tracking.name]
+    failures = 0
+    for part, memory in ((ahead, m.tracking.memory), (flying, m.controlling.memory)):
+        count = getattr(part, "failures", None)
+        failures += 0 if count is None else count(memory)
+    play = Play(
+        kind_of(getattr(flying, "part", flying)), m.switched, failures, heard, m.mode == EMERGENCY
+    )
+    watch, verdict = watched(pilot.safety, m.watch, told, *given, play, dt)
+    if m.light > 0.0 and verdict.level and verdict.trigger != "state missing":
+        verdict = Verdict()  # it stands, or nearly: the ground holds it as it likes
+    return m._replace(watch=watch), verdict
+
+
+# What is done -----------------------------------------------------------------------------------------
+
+
+def land_now(pilot: SafePilot, m: Piloting, estimate: Estimate, trigger: str, why: str) -> Piloting:
+    """Begin to land in an emergency."""
+    m = changed(noted(m, "safety", trigger, why), EMERGENCY, why)
+    return tuned(pilot, m._replace(goal=None, pending=None), estimate)
+
+
+def fall(pilot: SafePilot, m: Piloting, estimate: Estimate, trigger: str, why: str) -> Piloting:
+    """Begin to come down without knowing where."""
+    m = changed(noted(m, "safety", trigger, why), FAILSAFE, why)
+    law = failsafe(pilot, m.mass)
+    return m._replace(law=law, falling=law.init(estimate, m.command), goal=None, pending=None)
+
+
+def failsafe(pilot: SafePilot, mass: float) -> Failsafe:
+    """The failsafe for an aircraft of this mass [kg]; of the one that was told if that cannot hover."""
+    try:
+        return Failsafe(mass, pilot.curve)
+    except BadInput:
+        return Failsafe(pilot.mass, pilot.curve)
+
+
+def falls(
+    pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float
+) -> tuple[Piloting, Reference, Command]:
+    """A tick of the failsafe: it knows an attitude, and nothing else. The reference stands where it was."""
+    zero = np.zeros(3)
+    reference = m.reference._replace(v=zero, a=zero, j=zero, heading_rate=0.0)
+    falling, command = m.law.step(m.falling, estimate, reference, dt)
+    light, down = touchdown(pilot, m.mass).step(m.light, command, dt)
+    m = m._replace(falling=falling, light=light, reference=reference, command=command)
+    if not down:
+        return m, reference, command
+    return touched(m, FAILSAFE)._replace(command=OFF), reference, OFF
