@@ -18,6 +18,7 @@ from made_flights import (
 
 from uavlab.commands import fly
 from uavlab.errors import BadInput
+from uavlab.managers import modes
 from uavlab.types import Exit
 from uavlab.views import picture, plot_flight, plot_path, plot_story, story, style
 from uavlab.views.cast import bounds, frame_of, in_view
@@ -50,6 +51,13 @@ def test_a_band_begins_with_its_event_and_ends_with_the_next_of_its_kind():
 def test_who_was_refused_never_flew():
     flew = [x.name for x in story.bands(told_log(), "controller")]
     assert flew == ["MpcController", "GeometricController"]
+
+
+def test_under_a_failsafe_neither_tracker_nor_controller_flies():
+    log = told_log(events=[*EVENTS[:7], [2.0, "mode", "failsafe", "lost"]])
+    for slot in ("tracker", "controller"):
+        assert story.bands(log, slot)[-1] == (2.0, log.t[-1], "Failsafe")
+    assert story.bands(log, "limits")[-1].name == "slow"
 
 
 def test_a_fault_lasts_to_its_end_or_to_that_of_the_flight():
@@ -107,6 +115,19 @@ def test_a_path_is_blue_until_the_first_mode():
     assert [(x.start, color) for x, color, _ in story.pieces(log)] == [
         (0, style.FLOWN), (200, style.MODES["failsafe"])
     ]  # fmt: skip
+
+
+def test_what_is_asked_below_the_ground_does_not_lower_the_floor():
+    log = circle_log(2.0)
+    log.r_d[150:, 2] = -3.0
+    assert bounds({"flown": log})[0][2] == 0.0
+    assert frame_of({"flown": log})[0][2] == 0.0
+    log.r[:, 2] -= 5.0  # a flight in a valley
+    assert bounds({"flown": log})[0][2] == log.r[:, 2].min()
+
+
+def test_every_mode_of_a_pilot_has_a_colour():
+    assert set(style.MODES) == set(modes.MODES)
 
 
 # Colours ---------------------------------------------------------------------------------------------

@@ -72,12 +72,18 @@ def drawn_scale(flights: Mapping[str, Log]) -> float:
 
 
 def bounds(flights: Mapping[str, Log]) -> tuple[Vec3, Vec3]:
-    """Lowest and highest corner of all that was flown and asked [m], each (3,)."""
+    """Lowest and highest corner of all that was flown and asked [m], each (3,).
+
+    What was asked below the ground does not count: who lands is asked down until the ground is felt.
+    """
     points = [log.r for log in flights.values()] + [log.r_d for log in flights.values()]
     rows = np.concatenate([p[np.isfinite(p).all(axis=1)] for p in points] or [np.zeros((0, 3))])
     if not len(rows):
         return np.zeros(3), np.zeros(3)
-    return rows.min(axis=0), rows.max(axis=0)
+    flown = [log.r[:, 2] for log in flights.values()]
+    least = min([0.0, *(float(z.min()) for z in flown if np.isfinite(z).all() and len(z))])
+    low = rows.min(axis=0)
+    return np.array([low[0], low[1], max(low[2], least)]), rows.max(axis=0)
 
 
 def guards_in(flights: Mapping[str, Log]) -> Guards:

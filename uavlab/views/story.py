@@ -9,9 +9,11 @@ import numpy as np
 
 from uavlab.flight.log import Log
 from uavlab.flight.worlds import flown_by
+from uavlab.managers import modes
 from uavlab.parts.slot import FIRST, TAKEN
 from uavlab.views import style
 
+FAILSAFE = "Failsafe"  # the part that flies then
 SLOTS = ("tracker", "controller", "estimator", "limits", "gains")
 _GRAVE = ("safety", "bumper", "remote", "touchdown", "mode")  # who speaks first of one instant
 
@@ -96,10 +98,17 @@ def _gravity(x: Moment) -> int:
 
 
 def bands(log: Log, kind: str) -> list[Band]:
-    """From when to when each mode lasted, or each part of a slot flew, in order; to the end of the log."""
+    """From when to when each mode lasted, or each part of a slot flew, in order; to the end of the log.
+
+    Under a failsafe neither tracker nor controller flies; it does.
+    """
     if not len(log.t):
         return []
-    starts = [(x.t, x.name) for x in moments(log) if x.kind == kind and _begins(x)]
+    starts = [
+        (x.t, FAILSAFE if x.kind != kind else x.name)
+        for x in moments(log)
+        if (x.kind == kind and _begins(x)) or (kind in SLOTS[:2] and _falls(x))
+    ]
     if not starts and kind == "estimator" and log.worlds.names:
         return [Band(a, b, name or "the start") for a, b, name in flown_by(log)]
     if not starts:
@@ -108,6 +117,10 @@ def bands(log: Log, kind: str) -> list[Band]:
     ends = [t for t, _ in starts[1:]] + [last]
     made = [Band(t, min(end, last), name) for (t, name), end in zip(starts, ends, strict=True)]
     return [x for x in made if x.end > x.start or x is made[-1]]
+
+
+def _falls(x: Moment) -> bool:
+    return x.kind == "mode" and x.name == modes.FAILSAFE
 
 
 def _begins(x: Moment) -> bool:
