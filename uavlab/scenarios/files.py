@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from uavlab.area import Area
 from uavlab.errors import BadFile, BadInput, UavlabError, UnknownName
+from uavlab.flight.piloted import piloted
 from uavlab.flight.scenario import SWAPPED, Scenario, Swap, checked, standing
+from uavlab.interfaces import Stack
 from uavlab.plant import CALM, Wind, load_airframe
 from uavlab.scenarios.guards import area, faults, obstacles
 from uavlab.scenarios.tasks import mission
@@ -44,11 +48,11 @@ from uavlab.types import Shift
 DATA = Path(__file__).parent / "data"
 _RATES = ("rate", "physics", "mission_rate", "reach")
 _TABLES = ("start", "mission", "wind", "sensors", "swap", "area", "no_fly", "obstacle", "fault")
-_KEYS = ("summary", "airframe", "duration", *_TABLES, *_RATES)
+_KEYS = ("summary", "airframe", "duration", "pilot", *_TABLES, *_RATES)
 
 
 def load_file(path: str | os.PathLike[str]) -> Scenario:
-    """The scenario that a TOML file describes; ``uavlab/scenarios/data/courtyard.toml`` is an example.
+    """The scenario that a TOML file describes; ``courtyard.toml`` and ``campus.toml`` in ``data`` are examples.
 
     Parameters
     ----------
@@ -95,22 +99,29 @@ def _scenario(path: Path, table: Mapping[str, Any]) -> Scenario:
     r = numbers(start, "start.r", 3, [0.0, 0.0, 0.0])
     if r[2] < 0.0:
         raise BadInput(f"start.r is {r.tolist()} m; z must be ≥ 0, the ground.")
+    fence, pilot = area(table), switch("pilot", table.get("pilot", False))
     scenario = Scenario(
         path.stem,
         text(table, "summary", ""),
         airframe,
-        mission(table_of(table, "mission")),
+        mission(table_of(table, "mission"), pilot),
         standing((r[0], r[1], r[2]), number(start, "start.heading", 0.0)),
         number(table, "duration"),
         _sensors(table_of(table, "sensors")),
         _wind(table_of(table, "wind")),
+        mind=partial(safe_mind, area=fence) if pilot else None,
         swaps=_swaps(table),
         faults=faults(table),
-        area=area(table),
+        area=fence,
         obstacles=obstacles(table),
     )
     rates = {key: number(table, key) for key in _RATES if key in table}
     return checked(scenario._replace(**rates))
+
+
+def safe_mind(airframe: str, area: Area | None = None) -> Stack:
+    """Who flies a scenario with ``pilot = true``: the safe pilot with all its parts, in its area."""
+    return piloted(airframe, area=area)
 
 
 def _wind(table: Mapping[str, Any]) -> Wind:

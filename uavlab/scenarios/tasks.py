@@ -8,11 +8,12 @@ from typing import Any
 from uavlab.errors import BadInput, UnknownName
 from uavlab.parts import paths
 from uavlab.parts.missions import Follow, Waypoints
+from uavlab.scenarios.steps import errand
 from uavlab.scenarios.values import items, known, number, numbers, text
 
 
-def mission(table: Mapping[str, Any]) -> Any:
-    """The mission of the kind that ``mission.kind`` names.
+def mission(table: Mapping[str, Any], pilot: bool) -> Any:
+    """The mission of the kind that ``mission.kind`` names; `pilot` says whether there is one to obey orders.
 
     Raises
     ------
@@ -23,10 +24,15 @@ def mission(table: Mapping[str, Any]) -> Any:
         "waypoints": _waypoints,
         "circle": _circle,
         "lemniscate": _lemniscate,
+        "errand": errand,
     }
     kind = text(table, "mission.kind")
     if kind not in kinds:
         raise UnknownName("mission.kind", kind, kinds)
+    if kind == "errand" and not pilot:
+        raise BadInput(
+            "mission.kind is 'errand', whose orders only a pilot obeys; add pilot = true."
+        )
     return kinds[kind](table)
 
 
