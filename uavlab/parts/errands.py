@@ -115,7 +115,7 @@ class Errand:
         if m.k == len(self.steps):
             return m, None
         said = self._told(m, estimate)
-        told = 0.0 if said is not None and not isinstance(said, Velocity) else m.told
+        told = m.told if said is None or isinstance(self.steps[m.k], Wait) else 0.0
         return m._replace(t=m.t + dt, told=told + dt), said
 
     def _told(self, m: Doing, estimate: Estimate) -> Goal | Order | None:
