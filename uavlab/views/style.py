@@ -100,7 +100,7 @@ def stamp(figure: Figure, lines: list[str]) -> None:
     """Print `lines` small under the figure, and make room for them."""
     import textwrap
 
-    width = int(figure.get_figwidth() * 18)  # characters of 7 point that fit
+    width = int(figure.get_figwidth() * 17)  # characters of 7 point that fit
     text = "\n".join(row for line in lines for row in textwrap.wrap(line, width))
     height = (0.135 * (text.count("\n") + 1) + 0.04) / figure.get_figheight()
     engine = figure.get_layout_engine()

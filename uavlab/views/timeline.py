@@ -171,6 +171,8 @@ def _height(at: Axes, log: Log) -> None:
         if np.isfinite(height) and height < 1.6 * top:
             at.axhline(height, color=style.AREA, lw=0.9, ls="-.")
             _side_note(at, height, f"area {height:g} m", style.AREA)
+    low, high = at.get_ylim()
+    at.set_ylim(low, high + 0.24 * (high - low))  # room for the legend
     at.legend(loc="upper right", ncols=2)
 
 
