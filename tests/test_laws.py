@@ -65,7 +65,7 @@ TRACKERS = [
 CONTROLLERS = [
     TiltAxis(MASS), HEADING.part, fill(AdaptiveController, mass=MASS).part,
     GeometricController(MASS), GeometricController(MASS, gain_group("T650-sim-2020", "tight")),
-    MpcController(MASS), Failsafe(MASS, ThrustCurve(0.16, -0.176)), Emergency(MASS),
+    MpcController(MASS), MpcController(MASS, follows=True), Failsafe(MASS, ThrustCurve(0.16, -0.176)), Emergency(MASS),
     Slot({"heading": HEADING.part, "tilt": TiltAxis(MASS)}),
 ]  # fmt: skip
 MISSIONS = [

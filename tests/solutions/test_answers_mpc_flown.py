@@ -10,9 +10,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 import uavlab
 from uavlab import scenarios
 from uavlab.exercises import draw
+from uavlab.experiments.landing_detection import errand
 from uavlab.flight.metrics import position_error, summary
 from uavlab.interfaces import standing_command
 from uavlab.limits import ForceLimits
+from uavlab.plant import load_airframe
 from uavlab.plant.wind import Wind
 from uavlab.solutions.mpc import MpcController, build_force_qp, initial_state
 from uavlab.types import GRAVITY, Command, Estimate, Reference
@@ -146,6 +148,61 @@ def test_a_command_beyond_the_limits_is_taken_over_as_the_limit():
     _, first = PART.step(memory, LEVEL, stand(), DT)
     assert_allclose(first.f_d, wild.f_d)
     assert standing_command(MASS).f_d == PART.init(LEVEL, None).command.f_d
+
+
+# One that follows -------------------------------------------------------------------------------------
+
+
+FOLLOWS = MpcController(MASS, follows=True)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_that_follows_plans_along_the_velocity_of_the_reference(seed):
+    rng = np.random.default_rng(seed)
+    estimate = at(*(rng.normal(size=(3, 3)) * ((3,), (1.5,), (1.0,))))
+    reference = draw.reference(rng)
+    memory, _ = after(1, estimate, reference, FOLLOWS)
+    x0 = initial_state(estimate, reference, LIMITS)
+    t = FOLLOWS.dt * np.arange(1, FOLLOWS.N + 1)
+    for i, (limits, p, weights) in enumerate((
+        (LIMITS.horizontal, 0.0, HORIZONTAL), (LIMITS.horizontal, 0.0, HORIZONTAL),
+        (LIMITS.vertical, 0.5, VERTICAL),
+    )):  # fmt: skip
+        r, v = reference.r[i], reference.v[i]
+        wanted = np.column_stack((r + v * t, np.full(FOLLOWS.N, v), np.zeros(FOLLOWS.N)))
+        qp = build_force_qp(
+            x0[i], wanted, 0.0, limits=limits, N=FOLLOWS.N, dt=FOLLOWS.dt, p=p, weights=weights
+        )
+        assert memory.inputs[i] == pytest.approx(solved(qp)[0], abs=1e-6)
+
+
+def test_one_that_follows_asks_for_nothing_beside_a_reference_that_moves_as_it_does():
+    v = np.array((0.7, -0.4, 0.5))
+    moving = stand()._replace(v=v)
+    _, command = after(1, at((0.0, 0.0, 0.0), v=v), moving, FOLLOWS)
+    assert command.f_d == pytest.approx(MASS * GRAVITY)
+    _, lags = after(1, at((0.0, 0.0, 0.0), v=v), moving)  # (44) brakes
+    assert lags.f_d < MASS * (GRAVITY - 0.5)
+
+
+def test_one_that_follows_learns_from_who_is_blown_away_and_not_from_who_comes_back():
+    goal = stand()
+    for speed, learns in ((1.0, True), (0.2, True), (-1.0, False)):
+        memory, _ = after(10, at((0.5, 0.0, 0.5), v=(speed, 0.0, speed)), goal, FOLLOWS)
+        assert (memory.d_w[0] > 0.0) == learns
+        assert (memory.m_e < MASS) == learns
+    fast = goal._replace(v=np.array((0.0, 0.0, 2.5)))  # that nobody may follow
+    memory, _ = after(10, at((0.0, 0.0, -0.5), v=(0.0, 0.0, 2.0)), fast, FOLLOWS)
+    assert memory.m_e == MASS
+
+
+@pytest.mark.flight
+def test_one_that_follows_comes_back_from_an_errand_that_the_other_falls_from():
+    told, speed = load_airframe("T650").m, 1.5
+    fell, flew = (errand(MpcController(told, follows=x), 0, speed) for x in (False, True))
+    assert fell.exit is uavlab.Exit.CRASH
+    assert flew.exit is uavlab.Exit.DONE
+    assert np.abs(flew.r[:, 2] - flew.r_d[:, 2]).max() < 0.5
 
 
 # In flight --------------------------------------------------------------------------------------------

@@ -1,6 +1,10 @@
 """Lab 06, the reference answers: the controller that looks ahead (MRS Sec. 5.7), with a programme for each axis.
 
 The limits of x and y belong to axes. These stay where they were at `init`, whatever world the estimate is told in.
+
+Beyond the exercise it can follow. With (44) the plan brakes for a reference that moves, the aircraft lags by 1.2 m at
+1 m/s, the mass learns the lag, and swings. So newer mrs_uav_controllers plan along what the tracker predicts;
+``follows`` carries the reference on by its own velocity, and learns from nothing that is a way to go.
 """
 
 # canary-06a3f9d27c51be84d9e2705b
@@ -9,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import hypot
+from math import hypot, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -49,17 +53,31 @@ class Ahead(NamedTuple):
 
 @lru_cache(maxsize=16)
 def programme(
-    limits: AxisLimits, N: int, dt: float, p: float, weights: ForceWeights, period: float
+    limits: AxisLimits,
+    N: int,
+    dt: float,
+    p: float,
+    weights: ForceWeights,
+    period: float,
+    follows: bool = False,
 ) -> tuple[Affine, Solver]:
-    """The programme of an axis, of (position error, velocity, acceleration, last input); factored once."""
+    """The programme of an axis, factored once.
 
-    def build(x0: Array, last: float) -> QP:
+    It is one of (position error, velocity, acceleration, last input), and of the velocity of the reference if it
+    ``follows``.
+    """
+    ahead = dt * np.arange(1, N + 1)
+
+    def build(x0: Array, last: float, v: float = 0.0) -> QP:
         wanted = np.zeros((N, 3))  # (44), with the origin at the reference
+        wanted[:, 0], wanted[:, 1] = v * ahead, v
         return build_force_qp(
             x0, wanted, last, limits=limits, N=N, dt=dt, p=p, weights=weights, period=period
         )
 
-    family = affine(build, ((3,), ()), (1.0, min(1.0, limits.a)))
+    steps = (1.0, min(1.0, limits.a), 1.0)
+    sizes = ((3,), (), ())
+    family = affine(build, sizes if follows else sizes[:2], steps if follows else steps[:2])
     return family, Solver(family.qp)
 
 
@@ -73,6 +91,7 @@ class MpcController:
     N: int = 26
     dt: float = 0.05
     gains: MpcGains = MpcGains()
+    follows: bool = False  # plan along the velocity of the reference; no part of the exercise
 
     def init(self, estimate: Estimate, last: Command | None) -> Memory:
         """Nothing pushes, the mass is nominal; the first command is `last`."""
@@ -142,10 +161,11 @@ class MpcController:
         kinds = ((flat, 0.0, HORIZONTAL), (flat, 0.0, HORIZONTAL), (up, P_UP, VERTICAL))
         plans, c, solved = list(memory.plans), np.zeros(3), True
         for i, (limits, p, weights) in enumerate(kinds):
-            family, solver = programme(limits, self.N, self.dt, p, weights, dt)
-            new = None
-            if _numbers(x0[i]):
-                now = np.append(x0[i], memory.inputs[i])
+            family, solver = programme(limits, self.N, self.dt, p, weights, dt, self.follows)
+            new, now = None, np.append(x0[i], memory.inputs[i])
+            if self.follows:
+                now = np.append(now, reference.v[i])
+            if _numbers(x0[i], now):
                 new = solver.solve(*family(now), memory.plans[i])
             if new is None or not new.ok:
                 solved, new = False, _shifted(memory.plans[i])
@@ -156,9 +176,17 @@ class MpcController:
     def _learned(self, m: Ahead, estimate: Estimate, reference: Reference, dt: float) -> Ahead:
         """Disturbances and mass, one step later (MRS eq. 35, 37)."""
         k, e_p = self.gains, estimate.r - reference.r
-        m_e = m.m_e - k.k_m * float(e_p[2]) * dt  # (37), errata: who is heavy sags
+        m_e, flat_rests = m.m_e, hypot(estimate.v[0], estimate.v[1]) > CALM
+        up_rests = False
+        if self.follows:
+            off = estimate.v - reference.v
+            flat_rests = _on_its_way(e_p[:2], off[:2])
+            too_fast = abs(reference.v[2]) > self.limits.vertical.v  # then who lags is not heavy
+            up_rests = too_fast or _on_its_way(e_p[2:], off[2:])
+        if not up_rests:
+            m_e = m_e - k.k_m * float(e_p[2]) * dt  # (37), errata: who is heavy sags
         m_e = min(max(m_e, self.mass - k.m_max, LIGHTEST * self.mass), self.mass + k.m_max)
-        if hypot(estimate.v[0], estimate.v[1]) > CALM:
+        if flat_rests:
             return m._replace(m_e=m_e)
         flat = np.array((e_p[0], e_p[1], 0.0))  # the height belongs to the mass
         d_w = m.d_w + k.k_iw * dt * (about_z(-m.axes) @ flat)  # (35)
@@ -169,6 +197,11 @@ class MpcController:
 def _numbers(*given: Array | float) -> bool:
     """Whether all of it is finite."""
     return all(np.isfinite(x).all() for x in given)
+
+
+def _on_its_way(e: Array, off: Array) -> bool:
+    """Whether an error `e` [m] is a way to go: it shrinks, at more than CALM [m/s]. Who is blown away learns."""
+    return sqrt(off @ off) > CALM and float(e @ off) <= 0.0
 
 
 def _shifted(plan: Plan | None) -> Plan | None:
