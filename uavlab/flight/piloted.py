@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import is_dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from uavlab.area import Area
 from uavlab.errors import BadInput
@@ -29,7 +29,10 @@ from uavlab.parts.trackers import CommandFilter
 from uavlab.plant import Airframe, load_airframe
 
 LIFT = 1.5  # [m] of a take-off that names no height; an order does
-LIMITS = ("medium", "slow", "fast")  # the first one flies first
+LIMITS, SOFT = (
+    ("medium", "slow", "fast"),
+    "soft",
+)  # the first of the limits fly first, and these gains
 SPEEDS = {
     SPEED: (False, False), f"{SPEED} z": (True, False), f"{SPEED} heading": (False, True),
     f"{SPEED} z heading": (True, True),
@@ -43,7 +46,7 @@ def piloted(
     area: Area | None = None,
     safety: Safety | None = None,
     allowed: Mapping[str, Allowed] = ALLOWED,
-    lifts: str = "MpcController",
+    lifts: str = "",
     lands: str = "",
     **more: Any,
 ) -> Stack:
@@ -55,7 +58,8 @@ def piloted(
         Of a scenario come airframe, safety area, and the estimator of its mind if it has one; or the airframe's name.
     *parts : type, str, Filled or part
         An estimator, and trackers and controllers, each as `uavlab.stack` takes them. The first tracker and the first
-        controller among them fly first, in place of the MPC tracker and the geometric controller, which stay aboard.
+        controller among them fly first, instead of the MPC tracker and the geometric controller, which stay aboard.
+        A class or a name flies in all groups of limits or gains that it can have; an object flies as it is.
     mine : mapping, optional
         Where answers are looked for first, usually ``globals()``.
     area : Area, optional
@@ -82,66 +86,73 @@ def piloted(
     given = _given(parts, aircraft, mine)
     trackers = slotted(_trackers(given["tracker"], mine))
     controllers = slotted(_controllers(given["controller"], aircraft, mine))
-    estimator, said = _estimator(given["estimator"], flies)
+    estimator = _estimator(given["estimator"], flies)
     pilot = SafePilot(
         trackers.part, controllers.part, float(aircraft.m), curve,
         area=area or (flies.area if flies else None),
         safety=safety if safety.curve else safety._replace(curve=curve),
         allowed=allowed, lifts=lifts, lands=lands, **more,
     )  # fmt: skip
-    provenance = {**said, **trackers.provenance, **controllers.provenance}
-    return Stack(estimator, trackers.part, controllers.part, _shortened(provenance), pilot)
+    provenance = {**estimator.provenance, **trackers.provenance, **controllers.provenance}
+    return Stack(estimator.part, trackers.part, controllers.part, _shortened(provenance), pilot)
+
+
+class _Given(NamedTuple):
+    """A part that was given."""
+
+    filled: Filled
+    what: Any  # a class or a name, which flies in groups; None: an object, which flies as it is
 
 
 def _given(
     parts: tuple[Any, ...], aircraft: Airframe, mine: Mapping[str, Any] | None
-) -> dict[str, dict[str, Filled]]:
+) -> dict[str, dict[str, _Given]]:
     """The parts that were given, by slot and name."""
-    found: dict[str, dict[str, Filled]] = {slot: {} for slot in SLOTS}
+    found: dict[str, dict[str, _Given]] = {slot: {} for slot in SLOTS}
     for one in parts:
-        filled: Any = one
-        name = one if isinstance(one, str) else getattr(one, "__name__", "")
-        if isinstance(one, type | str):
-            filled = fill(one, mine, **told(one, aircraft, mine))
+        named = isinstance(one, type | str)
+        filled: Any = fill(one, mine, **told(one, aircraft, mine)) if named else one
         if not isinstance(filled, Filled):
             filled = Filled(filled, {type(filled).__name__: author(type(filled))})
+        kind = type(filled.part).__name__
         slot = getattr(filled.part, "slot", None)
         if slot not in SLOTS:
+            raise BadInput(f"{kind} has slot {slot!r}; a pilot takes {', '.join(SLOTS)}.")
+        name = one if isinstance(one, str) else getattr(one, "__name__", kind)
+        if name in found[slot]:
             raise BadInput(
-                f"{type(filled.part).__name__} has slot {slot!r}; a pilot takes {', '.join(SLOTS)}."
+                f"two parts are called {name}; give one of them, or a class of your own."
             )
-        found[slot][name or type(filled.part).__name__] = filled
+        found[slot][name] = _Given(filled, one if named else None)
     if len(found["estimator"]) > 1:
-        raise BadInput(
-            f"estimators {', '.join(found['estimator'])}; a mind has one. Put them into an EstimatorSlot."
-        )
+        names = ", ".join(found["estimator"])
+        raise BadInput(f"estimators {names}; a mind has one. Put them into an EstimatorSlot.")
     return found
 
 
-def _estimator(given: Mapping[str, Filled], flies: Scenario | None) -> tuple[Any, dict[str, str]]:
+def _estimator(given: Mapping[str, _Given], flies: Scenario | None) -> Filled:
     """The estimator that was given, that of the scenario's mind, or the stand-in."""
-    for name, filled in given.items():
-        return filled.part, {name: "uavlab", **filled.provenance}
+    for one in given.values():
+        return one.filled
     if flies is not None and flies.mind is not None:
         mind = flies.mind(flies.airframe)
-        return mind.estimator, dict(mind.provenance)
-    return AlphaBetaGamma(), {"AlphaBetaGamma": STAND_IN}
+        theirs = {type(x).__name__ for x in (mind.tracker, mind.controller)}
+        return Filled(
+            mind.estimator, {k: who for k, who in mind.provenance.items() if k not in theirs}
+        )
+    return Filled(AlphaBetaGamma(), {"AlphaBetaGamma": STAND_IN})
 
 
-def _trackers(given: Mapping[str, Filled], mine: Mapping[str, Any] | None) -> dict[str, Any]:
+def _trackers(given: Mapping[str, _Given], mine: Mapping[str, Any] | None) -> dict[str, Filled]:
     """All trackers by name, those that were given first."""
-    out: dict[str, Any] = {}
-    for name, filled in given.items():
-        out |= _paced(name, filled)
+    out: dict[str, Filled] = {}
+    for name, one in given.items():
+        out |= {name: one.filled} if one.what is None else _paced(name, one.filled)
     if "MpcTracker" not in given:
         out |= _paced("MpcTracker", fill("MpcTracker", mine, limits=limit_group(LIMITS[0])))
-    ours = {
-        "LineTracker": LineTracker(),
-        UP: LandOff(LIFT),
-        DOWN: LandOff(),
-        SOON: LandOff(sink=EMERGENCY),
-    }
-    out |= {name: _ours(part) for name, part in ours.items() if name not in out}
+    line, up, down, soon = LineTracker(), LandOff(LIFT), LandOff(), LandOff(sink=EMERGENCY)
+    for name, part in (("LineTracker", line), (UP, up), (DOWN, down), (SOON, soon)):
+        out.setdefault(name, _ours(part))
     for name, (z, nose) in SPEEDS.items():
         one = SpeedTracker(limit_group(LIMITS[0]), keeps_height=z, keeps_heading=nose)
         out |= _paced(name, _ours(one))
@@ -174,20 +185,22 @@ def _paced(name: str, filled: Filled) -> dict[str, Filled]:
 
 
 def _controllers(
-    given: Mapping[str, Filled], aircraft: Airframe, mine: Mapping[str, Any] | None
-) -> dict[str, Any]:
-    """All controllers by name, those that were given first."""
-    mass = float(aircraft.m)
-    out: dict[str, Any] = dict(given)
-    if "GeometricController" not in given:
+    given: Mapping[str, _Given], aircraft: Airframe, mine: Mapping[str, Any] | None
+) -> dict[str, Filled]:
+    """All controllers by name, those that were given first; the geometric one with each group of gains."""
+    mass, se3 = float(aircraft.m), "GeometricController"
+    out: dict[str, Filled] = {}
+    for name in dict.fromkeys((*given, se3)):
+        what = given[name].what if name in given else se3
+        if name != se3 or what is None:
+            out[name] = given[name].filled
+            continue
         sets = GAINS[OF_AIRFRAME.get(aircraft.name, "now")]
-        for group in sorted(sets, key=lambda x: x != "soft"):
-            filled = fill("GeometricController", mine, mass=mass, gains=sets[group])
-            out[f"GeometricController {group}"] = filled
+        for group in sorted(sets, key=lambda x: x != SOFT):
+            out[f"{se3} {group}"] = fill(what, mine, mass=mass, gains=sets[group])
     if "MpcController" not in given:
         out["MpcController"] = fill("MpcController", mine, mass=mass, gains=mpc_gains_for(mass))
-    out[RESCUER] = _ours(Emergency(mass))
-    return out
+    return {**out, RESCUER: _ours(Emergency(mass))}
 
 
 def _shortened(provenance: Mapping[str, str]) -> dict[str, str]:

@@ -25,7 +25,7 @@ from uavlab.managers.takeover import SPEED, tuned
 from uavlab.orders import In, Velocity
 from uavlab.parts import trackers
 from uavlab.parts.missions import still
-from uavlab.types import Estimate, Reference, Trajectory, Vec3
+from uavlab.types import Array, Estimate, Reference, Trajectory, Vec3
 
 if TYPE_CHECKING:
     from uavlab.managers.pilot import SafePilot
@@ -53,10 +53,10 @@ def asked_goal(pilot: SafePilot, m: Piloting, estimate: Estimate, goal: Goal) ->
         return m._replace(pending=goal)
     why = BUSY.get(m.mode, "")
     if not why and m.steering is None and _same(goal, m.obeyed):
-        return m._replace(goal=goal, old=0.0)
+        return m._replace(goal=goal, since=m.t)
     why = why or why_not(pilot, m, estimate, goal)
     if why:
-        return refused(m, goal, why)._replace(old=inf)
+        return refused(m, goal, why)._replace(since=-inf)
     return given(pilot, m, estimate, goal)
 
 
@@ -67,7 +67,7 @@ def why_not(pilot: SafePilot, m: Piloting, estimate: Estimate, goal: Goal) -> st
 
 def given(pilot: SafePilot, m: Piloting, estimate: Estimate, goal: Goal) -> Piloting:
     """A goal that may be flown goes to the tracker."""
-    m = m._replace(goal=goal, old=0.0)
+    m = m._replace(goal=goal, since=m.t)
     if m.steering is not None:
         m = tuned(pilot, m._replace(steering=None), estimate)
     return m
@@ -111,10 +111,9 @@ def _same(a: Goal, b: Goal | None) -> bool:
 # A goal that moves ------------------------------------------------------------------------------------
 
 
-def minded(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Piloting:
+def minded(pilot: SafePilot, m: Piloting, estimate: Estimate) -> Piloting:
     """A goal that moves and is not told anew would lead out of the area: it ends before the border."""
-    m = m._replace(old=m.old + dt)
-    if pilot.area is None or m.goal is not None or m.old < FRESH:
+    if pilot.area is None or m.goal is not None or m.t - m.since < FRESH:
         return m
     goal = m.tracking.goal
     if not isinstance(goal, Reference) or m.steering is not None or not goal.v.any():
@@ -124,13 +123,13 @@ def minded(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Pilo
     why = fence.why_not(pilot.area, estimate, still(stop, here.heading), here.r)
     if not why:
         return m
-    return m._replace(goal=halt(pilot, m, estimate), old=0.0)
+    return m._replace(goal=halt(pilot, m, estimate), since=m.t)
 
 
 def halt(pilot: SafePilot, m: Piloting, estimate: Estimate) -> Reference:
     """The goal to stop as soon as it can, or here if that is outside."""
     here = now(m)
-    a, _ = _brakes(pilot, m)
+    a = _brakes(pilot, m)[0]
     stop = still(here.r + here.v * (sqrt(here.v @ here.v) / (2.0 * a)), here.heading)
     return standing(m) if fence.why_not(pilot.area, estimate, stop, here.r) else stop
 
@@ -159,8 +158,8 @@ def steer(pilot: SafePilot, m: Piloting, estimate: Estimate, order: Velocity) ->
     before = m.steering
     if before is None and (why := _leaves(pilot, m, estimate, goal, name)):
         return refused(m, order, why)
-    braked = before is not None and before.braked
-    m = m._replace(steering=Steering(goal, name, 0.0, braked))
+    against = None if before is None else before.against
+    m = m._replace(steering=Steering(goal, name, 0.0, against))
     if before is None or before.tracker != name:
         m = tuned(pilot, m, estimate)
     return m
@@ -172,21 +171,25 @@ def steered(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Pil
     if s is None:
         return m
     here = now(m)
-    rests = sqrt(here.v @ here.v) < REST
-    if s.age > pilot.unsteered and rests:  # nobody says anything any more: the place counts again
+    if s.age > pilot.unsteered and sqrt(here.v @ here.v) < REST:  # nobody says anything any more
         return tuned(
-            pilot, m._replace(steering=None, goal=halt(pilot, m, estimate), old=0.0), estimate
+            pilot, m._replace(steering=None, goal=halt(pilot, m, estimate), since=m.t), estimate
         )
-    braked = s.braked and not rests
-    if not braked and (why := _leaves(pilot, m, estimate, s.goal, s.tracker)):
-        braked = True
-        if not s.braked:
-            m = refused(m, Velocity(s.goal.v), why)
-    goal = s.goal if not braked else s.goal._replace(v=np.zeros(3), r=_level(s, here))
-    tell = s.age == 0.0 or braked
-    return m._replace(
-        steering=s._replace(age=s.age + dt, braked=braked), goal=goal if tell else None
-    )
+    against = s.against if s.against is not None and _alike(s.goal.v, s.against.v) else None
+    if against is None and (why := _leaves(pilot, m, estimate, s.goal, s.tracker)):
+        m, against = refused(m, Velocity(s.goal.v), why), s.goal
+    goal = s.goal
+    if against is not None:
+        goal = goal._replace(v=np.zeros(3), r=_level(s, here))
+    tell = s.age == 0.0 or against is not None
+    s = s._replace(age=s.age + dt, against=against)
+    return m._replace(steering=s, goal=goal if tell else None)
+
+
+def _alike(v: Vec3, w: Vec3) -> bool:
+    """Whether `v` is still much the same as `w`, both (3,) [m/s]."""
+    e = v - w
+    return bool(e @ e < 0.25 * (w @ w))
 
 
 def _level(s: Steering, here: Reference) -> Vec3:
@@ -207,27 +210,36 @@ def _leaves(pilot: SafePilot, m: Piloting, estimate: Estimate, goal: Reference, 
 
 def _stopped(pilot: SafePilot, m: Piloting, r: Vec3, v: Vec3, wish: Vec3) -> Vec3:
     """Where it stands if it goes on towards a velocity for a moment, and brakes then (3,) [m]."""
-    a, a_z = _brakes(pilot, m)
-    change = wish - v
-    size = sqrt(change @ change)
-    most = a * REACTION
-    later = wish if size <= most else v + change * (most / size)
-    if later @ later < v @ v:
-        later = v  # it has not begun to brake
-    flat, up = sqrt(later[0] ** 2 + later[1] ** 2), abs(float(later[2]))
-    way = np.array((*(later[:2] * (REACTION + flat / (2.0 * a))), 0.0))
-    way[2] = later[2] * (REACTION + up / (2.0 * a_z))
+    a, a_z, most, most_z = _brakes(pilot, m)
+    flat = _sooner(v[:2], wish[:2], a, most)
+    up = float(_sooner(v[2:], wish[2:], a_z, most_z)[0])
+    way = np.append(
+        flat * (REACTION + sqrt(flat @ flat) / (2.0 * a)), up * (REACTION + abs(up) / (2.0 * a_z))
+    )
     size = sqrt(way @ way)
     return r + way * (1.0 + CLEAR / size) if size > 1e-9 else r.copy()
 
 
-def _brakes(pilot: SafePilot, m: Piloting) -> tuple[float, float]:
-    """Deceleration of the tracker that is wanted, level and upright [m/s²]."""
+def _sooner(v: Array, wish: Array, a: float, most: float) -> Array:
+    """The velocity (n,) [m/s] that `v` may have become before it brakes."""
+    change = wish - v
+    size, now_ = sqrt(change @ change), sqrt(v @ v)
+    later = wish if size <= a * REACTION else v + change * (a * REACTION / size)
+    size = sqrt(later @ later)
+    if size < now_:  # it may not have begun to brake
+        return v
+    most = max(most, now_)
+    return later * (most / size) if size > most else later
+
+
+def _brakes(pilot: SafePilot, m: Piloting) -> tuple[float, float, float, float]:
+    """Deceleration of the tracker, level and upright [m/s²], and its speeds [m/s]."""
     part: Any = pilot.trackers.parts[m.tracking.asked or m.tracking.name]
     limits = getattr(part, "limits", None)
     if limits is None:
-        return BRAKES, BRAKES
-    return limits.horizontal.a, min(limits.up.a, limits.down.a)
+        return BRAKES, BRAKES, inf, inf
+    up, down = limits.up, limits.down
+    return limits.horizontal.a, min(up.a, down.a), limits.horizontal.v, max(up.v, down.v)
 
 
 def _bad(order: Velocity) -> str:

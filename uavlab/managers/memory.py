@@ -30,7 +30,7 @@ class Steering(NamedTuple):
     goal: Reference  # for a speed tracker
     tracker: str  # that obeys as much of it as was asked for
     age: float  # [s] since it was asked for
-    braked: bool = False  # it would leave the area, and has to stop first
+    against: Reference | None = None  # such a goal as it was when it had to stop before a border
 
 
 class Evading(NamedTuple):
@@ -67,7 +67,7 @@ class Piloting(NamedTuple):
     held: Held = Held()
     goal: Goal | None = None  # what the tracker is told in this tick
     obeyed: Goal | None = None  # what it was told last
-    old: float = 0.0  # [s] since then, or inf: something else was refused meanwhile
+    since: float = 0.0  # [s] when that was; −inf: something else was refused meanwhile
     pending: Goal | None = None  # what was asked during the take-off
     steering: Steering | None = None
     target: Reference | None = None  # where it will land
@@ -117,7 +117,8 @@ def told(m: Piloting, shift: Shift) -> Piloting:
     def there(x: Any) -> Any:
         return None if x is None else moved(x, shift)
 
-    steering = m.steering and m.steering._replace(goal=there(m.steering.goal))
+    s = m.steering
+    steering = s and s._replace(goal=there(s.goal), against=there(s.against))
     return m._replace(
         watch=reframed(m.watch, shift), estimate=there(m.estimate), reference=there(m.reference),
         command=there(m.command), home=there(m.home), goal=there(m.goal), obeyed=there(m.obeyed),

@@ -52,7 +52,7 @@ def _held(pilot: SafePilot, m: Piloting, estimate: Estimate, wish: Wish, new: bo
     holds = wish.engaged or hovers
     if holds != (m.mode == MANUAL):
         m = changed(m, MANUAL if holds else FLYING, wish.said)._replace(pending=None)
-        return tuned(pilot, m._replace(goal=halt(pilot, m, estimate), old=0.0), estimate)
+        return tuned(pilot, m._replace(goal=halt(pilot, m, estimate), since=m.t), estimate)
     if not holds or (hovers and not new):
         return m
     if hovers:
@@ -88,6 +88,7 @@ def minding(
     bump = bumped(
         pilot.bumper, sectors, estimate,
         lambda goal: fence.why_not(pilot.area, estimate, goal, now(m).r),
+        m.evading is not None,
     )  # fmt: skip
     if bump.goal is None:
         return m if m.evading is None else _free(pilot, m, estimate)

@@ -205,7 +205,7 @@ class SafePilot:
         self, m: Piloting, x: Estimate, told: Estimate, before: Wants, heard: bool, dt: float
     ) -> tuple[Piloting, Reference, Command]:
         """Track, control and watch; if that goes wrong, again in an emergency; if that does, too, fall."""
-        m = steered(self, m, x, dt) if m.steering else minded(self, m, x, dt)
+        m = steered(self, m, x, dt) if m.steering else minded(self, m, x)
         after, reference, command, verdict = self._tried(m, x, told, heard, dt)
         if verdict.level == EMERGENCY and m.mode != EMERGENCY:
             after = rescue.land_now(self, after, x, verdict.trigger, verdict.said)
@@ -214,10 +214,9 @@ class SafePilot:
             after = rescue.fall(self, after, x, verdict.trigger, verdict.said)
             return rescue.falls(self, after, x, dt)
         m = kept(self, after, before)
-        m = tasks.weighed(self, m) if m.mode in _WEIGHED else m
-        m = m._replace(reference=reference)
+        mass = tasks.weighed(self, m)
         m, command = tasks.progressed(self, m, x, command, dt)
-        return m._replace(command=command), reference, command
+        return m._replace(reference=reference, command=command, mass=mass), reference, command
 
     def _tried(
         self, m: Piloting, x: Estimate, told: Estimate, heard: bool, dt: float
@@ -275,7 +274,6 @@ def _nobody(pilot: SafePilot, m: Piloting, x: Estimate, order: Unheard) -> Pilot
     return m  # the watch counts for how long
 
 
-_WEIGHED = {FLYING, "going home", "manual", "evading"}
 _OBEYED: Mapping[type, Callable[[Any, Piloting, Estimate, Any], Piloting]] = {
     Reference: asked_goal, Trajectory: asked_goal, In: asked_in, Velocity: asked_velocity,
     Use: wishes.asked_use, TakeOff: tasks.take_off, Land: tasks.land, LandHome: tasks.land_home,

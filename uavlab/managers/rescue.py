@@ -38,7 +38,7 @@ def believed(
     how long this may last is a matter of the watch, who sees the estimate itself.
     """
     x = estimate
-    place, turn = x.r.sum() + x.v.sum() + x.a.sum(), x.R.sum() + x.omega.sum()
+    place, turn = x.r @ x.r + x.v @ x.v + x.a @ x.a, np.vdot(x.R, x.R) + x.omega @ x.omega
     if isfinite(place + turn):
         return m._replace(estimate=x), x
     last = m.estimate

@@ -333,4 +333,4 @@ def _degrees(angle: float) -> str:
 
 def _finite(*given: Any) -> bool:
     """Whether all of it is finite."""
-    return all(isfinite(np.sum(x)) for x in given)
+    return all(isfinite(x if isinstance(x, float) else np.vdot(x, x)) for x in given)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from uavlab.managers.groups import fitting, looks_ahead
 from uavlab.managers.memory import Piloting, Wants, noted, refused
 from uavlab.managers.modes import EMERGENCY, FREE, LANDING, TAKING_OFF
@@ -79,9 +81,8 @@ def tracked(
             m, why = refused(m, m.goal, why), ""
     if why:
         return m, m.reference, why
-    if m.goal is not None:
-        m = m._replace(obeyed=m.goal)
-    m = _outcome(m._replace(tracking=after, goal=None), "tracker", m.tracking.asked, after)
+    asked, goal = m.tracking.asked, m.goal or m.obeyed
+    m = _outcome(m._replace(tracking=after, goal=None, obeyed=goal), "tracker", asked, after)
     if m.mode in MODES_OF and after.name != MODES_OF[m.mode]:
         why = after.said or f"{after.name} flies, and nobody who lands"
     return m, out, why
@@ -122,10 +123,10 @@ def _stepped(
 def _unfit(name: str, out: Any) -> str:
     """Why this cannot be flown; empty if it can."""
     if isinstance(out, Command):
-        good = isfinite(out.f_d + out.omega_d.sum() + out.a_d.sum())
+        good = isfinite(out.f_d + np.vdot(out.omega_d, out.omega_d) + np.vdot(out.a_d, out.a_d))
     elif isinstance(out, Reference):
-        sums = out.r.sum() + out.v.sum() + out.a.sum() + out.j.sum()
-        good = isfinite(sums + out.heading + out.heading_rate)
+        sizes = sum(np.vdot(x, x) for x in out[:4])
+        good = isfinite(sizes + out.heading + out.heading_rate)
     else:
         return f"{name} gave {type(out).__name__}"
     if good:

@@ -16,6 +16,7 @@ from uavlab.managers.modes import (
     EMERGENCY,
     EVADING,
     FLYING,
+    FREE,
     GOING_HOME,
     GROUND,
     LANDED,
@@ -195,13 +196,13 @@ def _distance(a: Vec3, b: Vec3) -> float:
 # Touch-down -------------------------------------------------------------------------------------------
 
 
-def weighed(pilot: SafePilot, m: Piloting) -> Piloting:
-    """The mass as the controller that flies has learned it."""
-    m_e = getattr(m.controlling.memory, "m_e", None)
+def weighed(pilot: SafePilot, m: Piloting) -> float:
+    """The mass as the controller that flies has learned it [kg]; in modes in which it may not, as last believed."""
+    m_e = getattr(m.controlling.memory, "m_e", None) if m.mode in FREE else None
     if m_e is None or not isfinite(m_e):
-        return m
+        return m.mass
     most = SHARE * pilot.mass
-    return m._replace(mass=pilot.mass + min(max(float(m_e) - pilot.mass, -most), most))
+    return pilot.mass + min(max(float(m_e) - pilot.mass, -most), most)
 
 
 def touchdown(pilot: SafePilot, mass: float) -> Touchdown:
