@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from uavlab.frames import heading
 from uavlab.managers.groups import fitting, looks_ahead
 from uavlab.managers.memory import Piloting, Wants, noted, refused
 from uavlab.managers.modes import EMERGENCY, FREE, LANDING, TAKING_OFF
+from uavlab.parts.missions import still
 from uavlab.parts.slot import TAKEN, Flying
 from uavlab.types import Command, Estimate, Reference
 
@@ -60,8 +62,11 @@ def asked_for(pilot: SafePilot, m: Piloting, kind: str, name: str, estimate: Est
     memory: Flying = getattr(m, field)
     if name in {memory.asked, "" if memory.asked else memory.name}:
         return m
-    if m.mode == EMERGENCY and kind == "tracker":  # from where it is now: then no error is left
-        memory = memory._replace(last=None)
+    if m.mode == EMERGENCY and kind == "tracker":
+        # From where it is now: then no error is left. But at the speed that was flown: of an estimate that has jumped
+        # the velocity is wrong by metres per second for a while, and it is what one would have to brake.
+        here = still(estimate.r, heading(estimate.R))
+        memory = memory._replace(last=here._replace(v=m.reference.v))
     after = slot.swap(memory, name, estimate)
     m = m._replace(**{field: after})
     return m if after.asked else noted(m, kind, name, f"refused: {after.said}")
