@@ -14,6 +14,7 @@ from uavlab.types import Array, Exit, Vec3
 SOFT = 3.0  # [m/s], the touch-down that the feet bear; a harder one is a crash
 ESTIMATE = {"r_e", "v_e", "R_e"}  # what may be no number while an estimator is told to fail
 LOW = {"taking off", "going home", "landing", "emergency", "failsafe"}  # modes that go below `low`
+ON_ITS_WAY = LOW | {"evading"}  # modes in which nothing may end but by touching down
 ABOVE = 1e-6  # [m], rounding
 
 
@@ -57,7 +58,7 @@ def _ending(log: Log) -> Iterator[str]:
     last = modes(log)[-1][1] if modes(log) else ""
     if log.exit not in {Exit.DONE, Exit.LANDED, Exit.FAILSAFE}:
         yield f"it ended with {log.exit.name}: {log.reason}"
-    elif log.exit is Exit.DONE and last in LOW | {"evading"}:
+    elif log.exit is Exit.DONE and last in ON_ITS_WAY:
         yield f"its time was over while it was {last!r}"
     hardest = touch_down(log)
     if hardest is not None and hardest >= SOFT:
@@ -65,7 +66,7 @@ def _ending(log: Log) -> Iterator[str]:
 
 
 def _numbers(log: Log) -> Iterator[str]:
-    untold = [x for x in log.meta.get("faults", []) if x[0] == "nan"]
+    untold = [x for x in log.meta.get("faults", []) if _tells_nothing(*x)]
     for name in UNITS:
         bad = ~np.isfinite(getattr(log, name)).reshape(len(log.t), -1).all(axis=1)
         if name in ESTIMATE:
@@ -73,6 +74,11 @@ def _numbers(log: Log) -> Iterator[str]:
                 bad &= (log.t < since - 1e-9) | (log.t > until + log.meta["dt"])
         if bad.any():
             yield f"{name} is not a number at t = {log.t[bad][0]:.2f} s"
+
+
+def _tells_nothing(kind: str, _since: float, _until: float, what: str, value: Any) -> bool:
+    """Whether a fault makes an estimate that is no number."""
+    return kind == "nan" or (kind == "part" and what.startswith("estimator") and value == "nan")
 
 
 def _places(log: Log) -> Iterator[str]:
