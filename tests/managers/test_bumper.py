@@ -116,8 +116,62 @@ def test_its_distance_grows_with_the_way_to_stop_of_the_limits(group, around):
     assert spaced(flat.v, flat.a).around == pytest.approx(around)  # as in mrs_uav_managers
 
 
+def nearing(v, d=3.0, a=0.0, bumper=USUAL, moving=False, to=ETA):
+    """What the bumper says of something `d` [m] ahead that comes nearer with `v` [m/s] and `a` [m/s²]."""
+    there = np.array((np.cos(to), np.sin(to), 0.0))
+    x = HERE._replace(v=v * there, a=a * there)
+    return bumped(bumper, seen([(0, d)]), x, moving=moving)
+
+
+def test_who_comes_nearer_must_still_be_able_to_stop():
+    v, bumper = 2.0, Bumper(a=1.5, late=0.3)
+    bound = 1.2 + 0.3 * v + 1.5 * v**2 / (2.0 * 1.5)
+    assert nearing(v, bound + 0.01, bumper=bumper) == FREE
+    bump = nearing(v, bound - 0.01, bumper=bumper)
+    assert "bound 3.8 m" in bump.said
+    assert np.linalg.norm(bump.goal.r - HERE.r) == pytest.approx(0.01 + 0.2)
+    assert nearing(-v, 1.3, bumper=bumper) == FREE  # who goes away may
+    assert nearing(v, 1.3, bumper=bumper, to=ETA + pi / 2) == FREE  # and who passes by
+
+
+def test_who_is_getting_quicker_will_be_quicker_before_it_brakes():
+    bound = 1.2 + 0.4 * 1.8 + 1.5 * 1.8**2 / (2.0 * 2.0)  # of 1 m/s and 0.4 s of 2 m/s²
+    assert nearing(1.0, bound + 0.01, 2.0) == FREE
+    assert nearing(1.0, bound - 0.01, 2.0) != FREE
+    assert (
+        nearing(1.0, 3.0, -2.0) == FREE == nearing(1.0, 3.0)
+    )  # braking is not believed in advance
+
+
+def test_of_two_things_the_one_that_is_flown_at_counts_and_not_the_nearer_one_beside():
+    x = HERE._replace(v=np.array((np.cos(ETA), np.sin(ETA), 0.0)) * 3.0)
+    bump = bumped(Bumper(), seen([(0, 5.0), (2, 1.5)]), x)
+    assert "5.00 m away, ahead" in bump.said
+
+
+def test_the_bumper_of_the_limits_looks_at_no_speed():
+    assert nearing(3.9, 7.3, bumper=spaced(4.0, 2.0)) == FREE
+    assert nearing(0.0, 7.1, bumper=spaced(4.0, 2.0)) != FREE
+
+
+def test_who_moves_away_goes_on_until_it_is_slow_and_has_gained_something():
+    assert nearing(0.4, 2.5) == FREE
+    goal = nearing(0.4, 2.5, moving=True).goal
+    np.testing.assert_array_equal(goal.r, HERE.r)  # it brakes
+    assert nearing(0.2, 2.5, moving=True) == FREE
+    assert nearing(0.0, 1.25) == FREE
+    assert np.linalg.norm(nearing(0.0, 1.25, moving=True).goal.r - HERE.r) == pytest.approx(0.15)
+    assert nearing(0.0, 1.31, moving=True) == FREE
+    assert bumped(Bumper(), seen(), HERE._replace(v=np.ones(3)), moving=True) == FREE
+
+
 def test_numbers_that_make_no_bumper_are_refused():
     with pytest.raises(BadInput, match="above is -1"):
         checked(Bumper(above=-1.0))
+    with pytest.raises(BadInput, match=r"a is 0\.0 m/s²"):
+        checked(Bumper(a=0.0))
+    with pytest.raises(BadInput, match="late is inf"):
+        checked(Bumper(late=inf))
+    assert checked(spaced(4.0, 2.0)).a == inf
     with pytest.raises(BadInput, match=r"1 m/s and 0\.0 m/s²"):
         spaced(1, 0.0)

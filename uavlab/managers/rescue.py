@@ -91,6 +91,8 @@ def guarded(
 def land_now(pilot: SafePilot, m: Piloting, estimate: Estimate, trigger: str, why: str) -> Piloting:
     """Begin to land in an emergency."""
     m = changed(noted(m, "safety", trigger, why), EMERGENCY, why)
+    if trigger != "jump":  # the speed is true, then, and has to be braked
+        m = m._replace(reference=m.reference._replace(v=estimate.v))
     return tuned(pilot, m._replace(goal=None, pending=None), estimate)
 
 
