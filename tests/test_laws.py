@@ -12,11 +12,13 @@ from uavlab.flight.slot import Slot
 from uavlab.frames import Shift, compose, inverse, moved
 from uavlab.gains import gain_group
 from uavlab.limits import limit_group
+from uavlab.orders import Land
 from uavlab.parts.adaptive import AdaptiveController
 from uavlab.parts.bank import BankEstimator, chosen, fused
 from uavlab.parts.complementary import ComplementaryEstimator, CoupledEstimator
 from uavlab.parts.controllers import Handover, HeadingController, TiltAxis
 from uavlab.parts.emergency import Emergency
+from uavlab.parts.errands import Errand
 from uavlab.parts.estimator_slot import EstimatorSlot
 from uavlab.parts.estimators import AlphaBetaGamma
 from uavlab.parts.failsafe import Failsafe
@@ -75,6 +77,7 @@ MISSIONS = [
     Follow(lemniscate(np.zeros(3), 8.0, 4.0, 0.5), 0.8),
     InWorld(Follow(circle(np.zeros(3), 5.0), 1.4), "map"),
     InWorld(Follow(circle(np.zeros(3), 5.0), 1.4), "nowhere"),
+    Errand((still(np.array([1.0, 2.0, 3.0]), 0.3), still(np.zeros(3)), Land())),
 ]
 SHIFT = Shift(np.array([3.0, -2.0, 0.5]), 0.4)
 DT = 0.01

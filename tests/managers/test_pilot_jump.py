@@ -23,5 +23,7 @@ def test_a_jump_of_the_cameras_ends_in_a_landing_near_where_it_was(by):
     scenario = Scenario("jump", "", "F450", mission, start, 20.0, laboratory(), faults=(jump,))
     log = uavlab.fly(scenario, uavlab.piloted(scenario))
     assert log.exit is Exit.LANDED, log.reason
-    assert np.linalg.norm(log.r[:, :2], axis=1).max() < 8.0  # it leans for as long as the velocity is wrong
+    assert (
+        np.linalg.norm(log.r[:, :2], axis=1).max() < 8.0
+    )  # it leans for as long as the velocity is wrong
     assert np.abs(log.r_d[:, 0]).max() < by + 2.0

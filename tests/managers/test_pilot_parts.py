@@ -39,7 +39,8 @@ def test_groups_that_are_not_allowed_in_the_world_that_flies_give_way_to_its_def
     ghost.fly(0.1, world=world)
     assert ghost.flies == (f"MpcTracker {limits}", f"GeometricController {gains}")
     new = [x for x in ghost.said("limits", "gains") if x[2] == "taken over"][2:]
-    assert new == ([] if limits == "fast" else [("limits", limits, "taken over"), ("gains", gains, "taken over")])  # fmt: skip
+    fell = [("limits", limits, "taken over"), ("gains", gains, "taken over")]
+    assert new == ([] if limits == "fast" else fell)
 
 
 def test_a_group_that_is_allowed_in_the_new_world_is_kept_although_it_is_not_its_default():
@@ -76,7 +77,9 @@ def test_another_slot_is_no_slot():
 
 
 def test_behind_an_mpc_controller_the_tracker_keeps_to_half_of_what_that_may_do():
-    ghost = Ghost("GeometricController", "MpcTracker").fly(0.1, Use("controller", "MpcController"))
+    ghost = Ghost("GeometricController", "MpcTracker", gains="soft").fly(
+        0.1, Use("controller", "MpcController")
+    )
     assert ghost.flies == ("MpcTracker medium half", "MpcController")
     part = ghost.pilot.trackers.parts["MpcTracker medium half"]
     assert part == MpcTracker(half_of(ForceLimits(), limit_group("medium")))

@@ -7,7 +7,7 @@ from dataclasses import is_dataclass, replace
 from typing import Any, NamedTuple
 
 from uavlab.area import Area
-from uavlab.errors import BadInput
+from uavlab.errors import BadInput, UnknownName
 from uavlab.flight.fill import SLOTS, STAND_IN, Filled, author, fill, told
 from uavlab.flight.scenario import Scenario
 from uavlab.flight.slot import slotted
@@ -29,10 +29,7 @@ from uavlab.parts.trackers import CommandFilter
 from uavlab.plant import Airframe, load_airframe
 
 LIFT = 1.5  # [m] of a take-off that names no height; an order does
-LIMITS, SOFT = (
-    ("medium", "slow", "fast"),
-    "soft",
-)  # the first of the limits fly first, and these gains
+LIMITS = ("medium", "slow", "fast")  # the first of them fly first
 SPEEDS = {
     SPEED: (False, False), f"{SPEED} z": (True, False), f"{SPEED} heading": (False, True),
     f"{SPEED} z heading": (True, True),
@@ -46,6 +43,7 @@ def piloted(
     area: Area | None = None,
     safety: Safety | None = None,
     allowed: Mapping[str, Allowed] = ALLOWED,
+    gains: str = "",
     lifts: str = "",
     lands: str = "",
     **more: Any,
@@ -68,6 +66,9 @@ def piloted(
         Limits of the watch. What is said of a thrust curve there is kept; else it is the airframe's.
     allowed : mapping of str to Allowed
         Which groups of limits and gains may be flown in the world of which estimator.
+    gains : str
+        The group of gains that flies first. If nothing is said it is "soft"; behind the stand-in of an estimator
+        "supersoft", for that lags, and with its soft gains an F550 swings itself up behind it.
     lifts, lands : str
         The controllers of take-off and landing; empty: the one that is wanted.
     **more
@@ -85,8 +86,9 @@ def piloted(
     safety = safety or Safety()
     given = _given(parts, aircraft, mine)
     trackers = slotted(_trackers(given["tracker"], mine))
-    controllers = slotted(_controllers(given["controller"], aircraft, mine))
     estimator = _estimator(given["estimator"], flies)
+    gains = gains or ("supersoft" if isinstance(estimator.part, AlphaBetaGamma) else "soft")
+    controllers = slotted(_controllers(given["controller"], aircraft, mine, gains))
     pilot = SafePilot(
         trackers.part, controllers.part, float(aircraft.m), curve,
         area=area or (flies.area if flies else None),
@@ -185,7 +187,7 @@ def _paced(name: str, filled: Filled) -> dict[str, Filled]:
 
 
 def _controllers(
-    given: Mapping[str, _Given], aircraft: Airframe, mine: Mapping[str, Any] | None
+    given: Mapping[str, _Given], aircraft: Airframe, mine: Mapping[str, Any] | None, first: str
 ) -> dict[str, Filled]:
     """All controllers by name, those that were given first; the geometric one with each group of gains."""
     mass, se3 = float(aircraft.m), "GeometricController"
@@ -196,7 +198,9 @@ def _controllers(
             out[name] = given[name].filled
             continue
         sets = GAINS[OF_AIRFRAME.get(aircraft.name, "now")]
-        for group in sorted(sets, key=lambda x: x != SOFT):
+        if first not in sets:
+            raise UnknownName(f"group of gains of {aircraft.name}", first, sets)
+        for group in sorted(sets, key=lambda x: x != first):
             out[f"{se3} {group}"] = fill(what, mine, mass=mass, gains=sets[group])
     if "MpcController" not in given:
         out["MpcController"] = fill("MpcController", mine, mass=mass, gains=mpc_gains_for(mass))

@@ -22,9 +22,6 @@ from uavlab.types import Attitude, Command, Estimate, Imu, Mat3, Reference
 if TYPE_CHECKING:
     from uavlab.managers.pilot import SafePilot
 
-PLACE = ("r", "v", "a")
-TURN = ("R", "omega")
-
 
 # What is believed -------------------------------------------------------------------------------------
 
@@ -38,15 +35,18 @@ def believed(
     how long this may last is a matter of the watch, who sees the estimate itself.
     """
     x = estimate
-    place, turn = x.r @ x.r + x.v @ x.v + x.a @ x.a, np.vdot(x.R, x.R) + x.omega @ x.omega
-    if isfinite(place + turn):
+    place, turn = x.r @ x.r + x.v @ x.v, np.vdot(x.R, x.R) + x.omega @ x.omega
+    if isfinite(place + turn + x.a @ x.a):
         return m._replace(estimate=x), x
     last = m.estimate
     if not isfinite(place):
-        x = x._replace(**{k: getattr(last, k) for k in PLACE})
+        x = x._replace(r=last.r, v=last.v, a=last.a)
+    elif not isfinite(x.a @ x.a):  # nobody needs to fall for the lack of it
+        x = x._replace(a=np.zeros(3))
     if not isfinite(turn):
         R, omega = turned(last.R, readings, dt)
         x = x._replace(R=R, omega=omega)
+    x = x._replace(reliable=x.reliable and isfinite(place + turn))
     return m._replace(estimate=x), x
 
 

@@ -81,10 +81,8 @@ def _why_no_start(m: Piloting, estimate: Estimate, order: TakeOff) -> str:
     """Why it may not take off; empty: it may."""
     if m.mode != GROUND:
         return f"it is not on the ground, but {m.mode}."
-    if m.estimate is not estimate:
-        return "the estimate is no number; wait until it is."
     if not estimate.reliable:
-        return "no measurement of late stands behind the estimate; wait until one does."
+        return "the estimate is no number, or no measurement of late stands behind it; wait until one does."
     if not _height(order):
         return f"a height of {order.height} m; take {LOWEST:g} to {HIGHEST:g} m."
     return ""
@@ -161,13 +159,15 @@ def progressed(
 
 def _climbed(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Piloting:
     """Whether the take-off is done. It is, too, when the reference has waited for long: who hangs low still flies."""
-    top, z = float(m.tracking.memory.top), float(now(m).r[2])
+    here, top = now(m), float(m.tracking.memory.top)
+    z = float(here.r[2])
     there = abs(top - z) < NEAR
     m = m._replace(waited=m.waited + dt if there else 0.0)
     if not there or (abs(top - float(estimate.r[2])) >= NEAR and m.waited < PATIENCE):
         return m
     m = tuned(pilot, changed(m, FLYING, "it is up"), estimate)
-    pending, m = m.pending, m._replace(pending=None)
+    stay = still(np.array((here.r[0], here.r[1], top)), here.heading)
+    pending, m = m.pending, m._replace(pending=None, goal=stay)
     return m if pending is None else asked_goal(pilot, m, estimate, pending)
 
 

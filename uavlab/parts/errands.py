@@ -195,7 +195,8 @@ def _why_no_step(step: Any) -> str:
     if isinstance(step, Unheard) or not isinstance(step, ORDERS):
         return f"{step!r} is no goal, no order and no Wait."
     if isinstance(step, In):
-        return why_not(step.goal)
+        good = isinstance(step.goal, Reference | Trajectory)
+        return why_not(step.goal) if good else f"{step.goal!r}, in {step.world!r}, is no goal."
     vectors = {LandThere: "r", Velocity: "v"}
     name = vectors.get(type(step), "")
     if name and not (
