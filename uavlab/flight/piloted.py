@@ -67,7 +67,7 @@ def piloted(
     allowed : mapping of str to Allowed
         Which groups of limits and gains may be flown in the world of which estimator.
     gains : str
-        The group of gains that flies first. If nothing is said it is "soft"; behind the stand-in of an estimator
+        The group of gains that flies first. If nothing is said it is "soft"; where the stand-in of an estimator may fly
         "supersoft", for that lags, and with its soft gains an F550 swings itself up behind it.
     lifts, lands : str
         The controllers of take-off and landing; empty: the one that is wanted.
@@ -87,7 +87,7 @@ def piloted(
     given = _given(parts, aircraft, mine)
     trackers = slotted(_trackers(given["tracker"], mine))
     estimator = _estimator(given["estimator"], flies)
-    gains = gains or ("supersoft" if isinstance(estimator.part, AlphaBetaGamma) else "soft")
+    gains = gains or ("supersoft" if _lags(estimator.part) else "soft")
     controllers = slotted(_controllers(given["controller"], aircraft, mine, gains))
     pilot = SafePilot(
         trackers.part, controllers.part, float(aircraft.m), curve,
@@ -143,6 +143,15 @@ def _estimator(given: Mapping[str, _Given], flies: Scenario | None) -> Filled:
             mind.estimator, {k: who for k, who in mind.provenance.items() if k not in theirs}
         )
     return Filled(AlphaBetaGamma(), {"AlphaBetaGamma": STAND_IN})
+
+
+def _lags(estimator: Any) -> bool:
+    """Whether the stand-in of an estimator may fly: alone, behind a doorkeeper, or among others."""
+    within = [
+        getattr(estimator, "estimator", None),
+        *dict(getattr(estimator, "parts", {})).values(),
+    ]
+    return isinstance(estimator, AlphaBetaGamma) or any(_lags(x) for x in within if x is not None)
 
 
 def _trackers(given: Mapping[str, _Given], mine: Mapping[str, Any] | None) -> dict[str, Filled]:
