@@ -123,7 +123,7 @@ def _remarks() -> tuple[str, ...]:
         "are compared with the worse of the two alone, and not judged. Receiver and map take the autopilot's tilt. "
         "Another tilt is another equilibrium for a controller without integrals, and the aircraft goes there, by "
         "centimetres: a world has no tilt, and no shift of worlds can take it up.",
-        "The quiet rows were flown once before in another way, swapped at 1 s and with the autopilot's tilt for receiver "
+        "The quiet rows were flown before in another way, swapped at 1 s and with the autopilot's tilt for receiver "
         "and map: cameras → map was not met then (0.027 m in the mean, 0.070 m at most), the other five were. One tilt "
         "for all and the later swap were chosen after that; the band is the same.",
     )
