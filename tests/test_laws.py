@@ -10,7 +10,7 @@ import pytest
 from uavlab.flight.fill import fill
 from uavlab.flight.slot import Slot
 from uavlab.frames import Shift, compose, inverse, moved
-from uavlab.gains import gain_group
+from uavlab.gains import MpcGains, gain_group
 from uavlab.limits import limit_group
 from uavlab.orders import Land
 from uavlab.parts.adaptive import AdaptiveController
@@ -67,7 +67,8 @@ TRACKERS = [
 CONTROLLERS = [
     TiltAxis(MASS), HEADING.part, fill(AdaptiveController, mass=MASS).part,
     GeometricController(MASS), GeometricController(MASS, gain_group("T650-sim-2020", "tight")),
-    MpcController(MASS), MpcController(MASS, follows=True), Failsafe(MASS, ThrustCurve(0.16, -0.176)), Emergency(MASS),
+    MpcController(MASS), MpcController(MASS, gains=MpcGains(follows=True)),
+    Failsafe(MASS, ThrustCurve(0.16, -0.176)), Emergency(MASS),
     Slot({"heading": HEADING.part, "tilt": TiltAxis(MASS)}),
 ]  # fmt: skip
 MISSIONS = [

@@ -45,6 +45,7 @@ class MpcGains(NamedTuple):
     tilt_max: float = TILT_MAX  # [rad] of the force
     rate_max: Triple = RATE_MAX  # (3,) [rad/s] of the command, body
     source: str = "mrs_uav_controllers, 2020, MpcController"
+    follows: bool = False  # plan along the velocity of the reference, as newer software does; not asked for in lab 06
 
 
 class TorqueGains(NamedTuple):

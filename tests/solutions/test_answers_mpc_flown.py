@@ -12,6 +12,7 @@ from uavlab import scenarios
 from uavlab.exercises import draw
 from uavlab.experiments.landing_detection import errand
 from uavlab.flight.metrics import position_error, summary
+from uavlab.gains import MpcGains
 from uavlab.interfaces import standing_command
 from uavlab.limits import ForceLimits
 from uavlab.plant import load_airframe
@@ -153,7 +154,7 @@ def test_a_command_beyond_the_limits_is_taken_over_as_the_limit():
 # One that follows -------------------------------------------------------------------------------------
 
 
-FOLLOWS = MpcController(MASS, follows=True)
+FOLLOWS = MpcController(MASS, gains=MpcGains(follows=True))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -199,7 +200,9 @@ def test_one_that_follows_learns_from_who_is_blown_away_and_not_from_who_comes_b
 @pytest.mark.flight
 def test_one_that_follows_comes_back_from_an_errand_that_the_other_falls_from():
     told, speed = load_airframe("T650").m, 1.5
-    fell, flew = (errand(MpcController(told, follows=x), 0, speed) for x in (False, True))
+    fell, flew = (
+        errand(MpcController(told, gains=MpcGains(follows=x)), 0, speed) for x in (False, True)
+    )
     assert fell.exit is uavlab.Exit.CRASH
     assert flew.exit is uavlab.Exit.DONE
     assert np.abs(flew.r[:, 2] - flew.r_d[:, 2]).max() < 0.5

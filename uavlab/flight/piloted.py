@@ -12,7 +12,7 @@ from uavlab.flight.fill import SLOTS, STAND_IN, Filled, author, fill, told
 from uavlab.flight.scenario import Scenario
 from uavlab.flight.slot import slotted
 from uavlab.gains import GROUPS as GAINS
-from uavlab.gains import OF_AIRFRAME, mpc_gains_for
+from uavlab.gains import OF_AIRFRAME, MpcGains, mpc_gains_for
 from uavlab.interfaces import Stack
 from uavlab.limits import ForceLimits, Limits, half_of, limit_group
 from uavlab.managers.groups import ALLOWED, HALF, Allowed
@@ -204,7 +204,8 @@ def _controllers(
     for name in dict.fromkeys((*given, se3)):
         what = given[name].what if name in given else se3
         if name != se3 or what is None:
-            out[name] = given[name].filled
+            filled = given[name].filled
+            out[name] = filled if what is None else _following(filled)
             continue
         sets = GAINS[OF_AIRFRAME.get(aircraft.name, "now")]
         if first not in sets:
@@ -212,8 +213,18 @@ def _controllers(
         for group in sorted(sets, key=lambda x: x != first):
             out[f"{se3} {group}"] = fill(what, mine, mass=mass, gains=sets[group])
     if "MpcController" not in given:
-        out["MpcController"] = fill("MpcController", mine, mass=mass, gains=mpc_gains_for(mass))
+        gains = mpc_gains_for(mass)
+        out["MpcController"] = _following(fill("MpcController", mine, mass=mass, gains=gains))
     return {**out, RESCUER: _ours(Emergency(mass))}
+
+
+def _following(filled: Filled) -> Filled:
+    """An MPC controller that plans along references that move, if it can: `uavlab reproduce mpc-errands`."""
+    part: Any = filled.part
+    gains = getattr(part, "gains", None)
+    if not is_dataclass(part) or isinstance(part, type) or not isinstance(gains, MpcGains):
+        return filled
+    return filled._replace(part=replace(part, gains=gains._replace(follows=True)))
 
 
 def _shortened(provenance: Mapping[str, str]) -> dict[str, str]:

@@ -4,7 +4,7 @@ The limits of x and y belong to axes. These stay where they were at `init`, what
 
 Beyond the exercise it can follow. With (44) the plan brakes for a reference that moves, the aircraft lags by 1.2 m at
 1 m/s, the mass learns the lag, and swings. So newer mrs_uav_controllers plan along what the tracker predicts;
-``follows`` carries the reference on by its own velocity, and learns from nothing that is a way to go.
+``gains.follows`` carries the reference on by its own velocity, and learns from nothing that is a way to go.
 """
 
 # canary-06a3f9d27c51be84d9e2705b
@@ -91,7 +91,6 @@ class MpcController:
     N: int = 26
     dt: float = 0.05
     gains: MpcGains = MpcGains()
-    follows: bool = False  # plan along the velocity of the reference; no part of the exercise
 
     def init(self, estimate: Estimate, last: Command | None) -> Memory:
         """Nothing pushes, the mass is nominal; the first command is `last`."""
@@ -161,9 +160,9 @@ class MpcController:
         kinds = ((flat, 0.0, HORIZONTAL), (flat, 0.0, HORIZONTAL), (up, P_UP, VERTICAL))
         plans, c, solved = list(memory.plans), np.zeros(3), True
         for i, (limits, p, weights) in enumerate(kinds):
-            family, solver = programme(limits, self.N, self.dt, p, weights, dt, self.follows)
+            family, solver = programme(limits, self.N, self.dt, p, weights, dt, self.gains.follows)
             new, now = None, np.append(x0[i], memory.inputs[i])
-            if self.follows:
+            if self.gains.follows:
                 now = np.append(now, reference.v[i])
             if _numbers(x0[i], now):
                 new = solver.solve(*family(now), memory.plans[i])
@@ -178,7 +177,7 @@ class MpcController:
         k, e_p = self.gains, estimate.r - reference.r
         m_e, flat_rests = m.m_e, hypot(estimate.v[0], estimate.v[1]) > CALM
         up_rests = False
-        if self.follows:
+        if self.gains.follows:
             off = estimate.v - reference.v
             flat_rests = _on_its_way(e_p[:2], off[:2])
             too_fast = abs(reference.v[2]) > self.limits.vertical.v  # then who lags is not heavy
