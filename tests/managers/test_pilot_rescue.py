@@ -1,5 +1,7 @@
 """When something breaks: it lands in an emergency, or falls, and never flies on what is no number."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flights import at, errand, events, finite, flown, modes
@@ -7,7 +9,7 @@ from ghost import DT, Ghost, believing
 
 from uavlab.area import Area
 from uavlab.flight.fault import Fault
-from uavlab.managers.rescue import turned
+from uavlab.managers.rescue import failsafe, gentle, landing, turned
 from uavlab.orders import EmergencyLand, Fall, TakeOff, Unheard
 from uavlab.parts.errands import Wait
 from uavlab.parts.missions import Waypoints, still
@@ -141,6 +143,65 @@ def test_a_flight_in_which_something_breaks_ends_on_the_ground_with_motors_off(
     assert -log.v[down - 1, 2] < 3.0
     assert np.linalg.norm(log.r[-1, :2]) < 1.0
     assert finite(log)
+
+
+def test_a_fall_from_high_up_is_slower_and_one_from_two_metres_is_that_of_the_failsafe():
+    pilot = Ghost().pilot
+    law = failsafe(pilot, pilot.mass)
+    assert gentle(law, 2.0, 0.0) == law
+    for height in (4.0, 6.0, 10.0, 20.0):
+        slow = gentle(law, height, 0.0)
+        assert slow.rate < law.rate
+        assert landing(law, height, 0.0)[0] > landing(slow, height, 0.0)[0]
+    # Against the speed of a body that falls evenly: without a rate all of it is v²/2h.
+    even = replace(law, rate=1e-9)
+    a = 9.81 - even.force(0.0) / law.mass
+    assert landing(even, 5.0, 0.0)[0] == pytest.approx(np.sqrt(2 * a * 5.0), rel=0.02)
+
+
+@pytest.mark.flight
+@pytest.mark.parametrize("height", [4.0, 6.0])
+def test_who_falls_from_high_up_is_not_broken(height):
+    scenario = errand(
+        mission=Waypoints(((0.0, (0.0, 0.0, height), 0.0),)), start=(0.0, 0.0, height),
+        faults=(Fault("nan", 3.0, what="all"),), seconds=60.0,
+    )  # fmt: skip
+    log = flown(scenario)
+    assert log.exit is Exit.FAILSAFE, log.reason
+    assert log.v[:, 2].min() > -2.6
+    assert log.t[-1] < 20.0
+
+
+def test_who_falls_for_want_of_an_estimate_lands_when_there_is_one_again():
+    ghost = Ghost().fly(1.0).fly(0.5, r=NONE)
+    assert ghost.report.mode == "failsafe"
+    there = believing((1.0, 0.0, 5.0), (0.0, 0.0, -1.0))
+    ghost.fly(0.9, r=there.r, v=there.v)
+    assert ghost.report.mode == "failsafe"
+    ghost.fly(0.3, r=there.r, v=there.v)
+    assert ghost.report.mode == "emergency"
+    assert ghost.flies == ("LandOff emergency", "Emergency")
+    np.testing.assert_allclose(ghost.reference.r[:2], there.r[:2], atol=0.01)
+
+
+@pytest.mark.parametrize("belief", [{"reliable": False}, {"r": NONE}])
+def test_who_was_told_to_fall_or_still_misses_an_estimate_falls_on(belief):
+    ghost = Ghost().fly(1.0).fly(3.0, Fall())
+    assert ghost.report.mode == "failsafe"
+    ghost = Ghost().fly(1.0).fly(4.0, **belief)
+    assert ghost.report.mode == "failsafe"
+
+
+@pytest.mark.flight
+def test_a_fall_high_up_that_ends_in_time_is_a_landing():
+    scenario = errand(
+        mission=Waypoints(((0.0, (0.0, 0.0, 6.0), 0.0),)), start=(0.0, 0.0, 6.0),
+        faults=(Fault("nan", 3.0, 4.0),),
+    )  # fmt: skip
+    log = flown(scenario)
+    assert log.exit is Exit.LANDED, log.reason
+    assert modes(log) == ["flying", "failsafe", "emergency", "landed"]
+    assert log.v[:, 2].min() > -2.5
 
 
 @pytest.mark.flight

@@ -51,7 +51,7 @@ def point(r: Vec3, shift: Shift) -> Vec3:
 
 
 def fenced(area: Area | None, estimate: Estimate, reference: Reference) -> Reference:
-    """The reference itself; or, if it has left the area sideways or is in a no-fly zone, the nearest one that has not.
+    """The reference itself; or the nearest one inside, if it has left the area (not: below it) or is in a no-fly zone.
 
     What leads out of the area is refused before it is flown. This is for what nobody can refuse: a landing that needs
     more room to stop than there is, or the centimetres by which a tracker goes beyond a goal on the border.
@@ -61,10 +61,10 @@ def fenced(area: Area | None, estimate: Estimate, reference: Reference) -> Refer
         return reference
     r = point(reference.r, shift)
     xy = _kept(area, r)
-    if xy is None:
+    if xy is None and r[2] <= area.high:
         return reference
-    back = inverse(shift)
-    there = point(np.array((*xy, r[2])), back)
+    x, y = xy or r[:2]
+    there = point(np.array((x, y, min(r[2], area.high))), inverse(shift))
     out = there - reference.r
     size = float(out @ out)
     v = reference.v

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any, NamedTuple
 
 from uavlab.frames import Shift, moved
@@ -76,6 +77,8 @@ class Piloting(NamedTuple):
     light: float = 0.0  # [s], of the touch-down
     falling: Memory = None  # of the failsafe
     law: Any = None  # the failsafe itself, for the mass that was believed
+    fell: str = ""  # why it falls: the trigger
+    due: float = inf  # [s] into the fall, when it should stand
     switched: bool = False  # whether another part or estimator began in this tick
     refusal: Refusal | None = None
     over: str = ""

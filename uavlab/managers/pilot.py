@@ -225,11 +225,13 @@ class SafePilot:
         m, reference, why = tracked(self, m, x, dt)
         if why:
             return m, reference, m.command, _failed(m, "tracker", why)
-        reference = fenced(self.area, x, reference)
+        wanted, reference = reference, fenced(self.area, x, reference)
         m, command, why = controlled(self, m, x, reference, dt)
         if why:
             return m, reference, command, _failed(m, "controller", why)
-        m, verdict = rescue.guarded(self, m, told, (reference, command), heard, dt)
+        # Who lands and is outside is brought back gently, from however far: that is no error.
+        seen = None if m.mode == EMERGENCY and reference is not wanted else reference
+        m, verdict = rescue.guarded(self, m, told, (seen, command), heard, dt)
         return m, reference, command, verdict
 
     def reframe(self, memory: Piloting, shift: Shift) -> Piloting:

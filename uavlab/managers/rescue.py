@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isfinite
+from dataclasses import replace
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,15 +13,30 @@ from uavlab.errors import BadInput
 from uavlab.frames import heading, wrap
 from uavlab.managers.memory import Piloting, changed, noted
 from uavlab.managers.modes import EMERGENCY, FAILSAFE
-from uavlab.managers.safety import Play, Verdict, kind_of, watched
+from uavlab.managers.safety import Play, Verdict, begun, kind_of, watched
 from uavlab.managers.takeover import tuned
 from uavlab.managers.tasks import OFF, touchdown, touched
 from uavlab.parts.failsafe import Failsafe
 from uavlab.so3 import about_z, exp
-from uavlab.types import Attitude, Command, Estimate, Imu, Mat3, Reference
+from uavlab.types import GRAVITY, Attitude, Command, Estimate, Imu, Mat3, Reference
 
 if TYPE_CHECKING:
     from uavlab.managers.pilot import SafePilot
+MISSED = ("state missing", "unreliable")  # triggers that may pass
+BACK = 1.0  # [s] of a reliable estimate, after which it is believed again (ours)
+SOFT = 2.3  # [m/s], at which a fall should end: feet bear 3 (ours)
+RATES = (
+    1.0,
+    0.7,
+    0.5,
+    0.35,
+    0.25,
+    0.15,
+    0.1,
+)  # of the rate of the failsafe, tried one after the other
+LONG = 60.0  # [s], longer than any fall
+LATE = 1.3  # times as long as it should take, and a second: then it stands
+QUICK = 0.06  # [1/s] of the throttle from then on
 
 
 # What is believed -------------------------------------------------------------------------------------
@@ -66,7 +82,7 @@ def turned(R: Mat3, readings: Mapping[str, Any], dt: float) -> tuple[Mat3, np.nd
 
 
 def guarded(
-    pilot: SafePilot, m: Piloting, told: Estimate, given: tuple[Reference, Command], heard: bool,
+    pilot: SafePilot, m: Piloting, told: Estimate, given: tuple[Reference | None, Command], heard: bool,
     dt: float,
 ) -> tuple[Piloting, Verdict]:  # fmt: skip
     """What the watch says of this tick; `told` is the estimate as it came."""
@@ -99,8 +115,12 @@ def land_now(pilot: SafePilot, m: Piloting, estimate: Estimate, trigger: str, wh
 def fall(pilot: SafePilot, m: Piloting, estimate: Estimate, trigger: str, why: str) -> Piloting:
     """Begin to come down without knowing where."""
     m = changed(noted(m, "safety", trigger, why), FAILSAFE, why)
-    law = failsafe(pilot, m.mass)
-    return m._replace(law=law, falling=law.init(estimate, m.command), goal=None, pending=None)
+    last = m.estimate
+    high, v = float(last.r[2] - m.home.r[2]), float(last.v[2])
+    law = gentle(failsafe(pilot, m.mass), high, v)
+    due = inf if law.rate == failsafe(pilot, m.mass).rate else LATE * landing(law, high, v)[1] + 1.0
+    falling = law.init(estimate, m.command)
+    return m._replace(law=law, falling=falling, fell=trigger, due=due, goal=None, pending=None)
 
 
 def failsafe(pilot: SafePilot, mass: float) -> Failsafe:
@@ -111,15 +131,73 @@ def failsafe(pilot: SafePilot, mass: float) -> Failsafe:
         return Failsafe(pilot.mass, pilot.curve)
 
 
+def gentle(law: Failsafe, height: float, v: float) -> Failsafe:
+    """The same failsafe, its thrust falling more slowly if it would else hit the ground too fast.
+
+    That of mrs_uav_managers is made for low flights indoors: from 5 m it lands at 3.6 m/s. How high it was when it last
+    knew is known, and how fast that is on the ground can be said beforehand (ours).
+
+    Parameters
+    ----------
+    law : Failsafe
+        For the mass that was believed.
+    height, v : float
+        Above the ground [m], and how fast it climbs [m/s].
+    """
+    slower = (replace(law, rate=law.rate * share) for share in RATES)
+    last = replace(law, rate=law.rate * RATES[-1])
+    return next((x for x in slower if landing(x, height, v)[0] < SOFT), last)
+
+
+def landing(law: Failsafe, height: float, v: float, dt: float = 0.02) -> tuple[float, float]:
+    """Speed [m/s] and time [s] at which a failsafe meets the ground, from `height` [m] and `v` [m/s], in still air."""
+    t = 0.0
+    while height > 0.0 and t < LONG:
+        v += (law.force(t) / law.mass - GRAVITY) * dt
+        height += v * dt
+        t += dt
+    return (-v if height <= 0.0 else inf), t
+
+
+def _stood(pilot: SafePilot, m: Piloting) -> Piloting:
+    """A fall that was slow, and should be over: from now on the thrust goes quickly, so that the ground is seen."""
+    if m.falling.t < m.due:
+        return m
+    law = m.law
+    hover = law.curve.a_t * sqrt(law.mass * GRAVITY) + law.curve.b_t
+    share = max(law.share - law.rate * m.falling.t / hover, 0.01)
+    return m._replace(
+        law=replace(law, share=share, rate=QUICK), falling=m.falling._replace(t=0.0), due=inf
+    )
+
+
 def falls(
     pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float
 ) -> tuple[Piloting, Reference, Command]:
     """A tick of the failsafe: it knows an attitude, and nothing else. The reference stands where it was."""
     zero = np.zeros(3)
     reference = m.reference._replace(v=zero, a=zero, j=zero, heading_rate=0.0)
+    m = _stood(pilot, m)
     falling, command = m.law.step(m.falling, estimate, reference, dt)
     light, down = touchdown(pilot, m.mass).step(m.light, command, dt)
     m = m._replace(falling=falling, light=light, reference=reference, command=command)
-    if not down:
-        return m, reference, command
-    return touched(m, FAILSAFE)._replace(command=OFF), reference, OFF
+    if down:
+        return touched(m, FAILSAFE)._replace(command=OFF), reference, OFF
+    return _caught(pilot, m, estimate, dt), reference, command
+
+
+def _caught(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Piloting:
+    """Who falls for want of an estimate, and has had one again for a while, lands with it instead.
+
+    This is ours: mrs_uav_managers falls to the end. But a fall is blind, and a landing is not.
+    """
+    known = m.fell in MISSED and estimate.reliable and m.light == 0.0
+    m = m._replace(waited=m.waited + dt if known else 0.0)
+    if m.waited < BACK:
+        return m
+    m = changed(m, EMERGENCY, f"there has been an estimate again for {BACK:g} s")
+    m = m._replace(
+        tracking=pilot.trackers.init(estimate, None), law=None, falling=None, fell="",
+        controlling=pilot.controllers.init(estimate, m.command), watch=begun(pilot.safety),
+    )  # fmt: skip
+    return tuned(pilot, m, estimate)
