@@ -23,6 +23,8 @@ BOUNDS = {  # scenario: mean position error [m], worst heading error [deg] that 
     "gnss-to-rtk": (2.5, 8),  # these three name a bank of filters; GNSS is wrong by metres
     "rtk-lost": (2.5, 8),
     "outdoor-indoor": (2.5, 8),
+    "errand": (0.5, 8),  # and these two a pilot
+    "outdoor-indoor-managed": (0.5, 8),
 }
 
 

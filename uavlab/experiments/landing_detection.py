@@ -101,13 +101,13 @@ def landing(controller: Any, seed: int, end: float = END) -> Log:
     )  # fmt: skip
 
 
-def errand(controller: Any, seed: int, speed: float) -> Log:
+def errand(controller: Any, seed: int, speed: float, airframe: str = NAME) -> Log:
     """One flight that lands nowhere: up and down and aside at `speed` [m/s], in strong gusts."""
     rng = np.random.default_rng(1900 + seed)
     places = [(3.0 * k, tuple(rng.uniform((-8, -8, 3), (8, 8, 15)))) for k in range(10)]
     stops = tuple((t, (float(x), float(y), float(z)), 0.0) for t, (x, y, z) in places)
     scenario = Scenario(
-        "errand", "", NAME, Waypoints(stops), standing((0.0, 0.0, 8.0)), END, {KNOWS: KNOWN},
+        "errand", "", airframe, Waypoints(stops), standing((0.0, 0.0, 8.0)), END, {KNOWS: KNOWN},
         wind=_gusty(rng, 8.0),
     )  # fmt: skip
     return flown(scenario, controller, tracker=CommandFilter(v_max=speed), seed=seed)

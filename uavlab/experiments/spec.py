@@ -32,7 +32,11 @@ MODULES: tuple[str, ...] = (
     "misprints",
     "noise_and_jump",
     "landing_detection",
+    "mpc_errands",
     "failsafe_fall",
+    "managed_landings",
+    "managed_worlds",
+    "safety_triggers",
     "swaps",
     "estimator_swaps",
 )

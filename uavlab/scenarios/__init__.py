@@ -17,6 +17,7 @@ from uavlab.parts.paths import lemniscate as eight
 from uavlab.plant import CALM
 from uavlab.scenarios.estimation import gnss_to_rtk, outdoor_indoor, rtk_lost
 from uavlab.scenarios.files import load_file
+from uavlab.scenarios.managed import errand, outdoor_indoor_managed
 from uavlab.sensors import Gnss, ImuSensor, Mocap
 
 __all__ = ["Scenario", "load", "load_file", "names", "standing"]
@@ -84,6 +85,8 @@ _ALL: dict[str, Callable[[], Scenario]] = {
     "gnss-to-rtk": gnss_to_rtk,
     "rtk-lost": rtk_lost,
     "outdoor-indoor": outdoor_indoor,
+    "errand": errand,
+    "outdoor-indoor-managed": outdoor_indoor_managed,
 }
 
 

@@ -46,7 +46,7 @@ def naive_mind(setup: Setup) -> Callable[[str], Stack]:
     return bank_mind(fused(setup))
 
 
-def _outdoors(**instruments: Any) -> dict[str, Any]:
+def outdoors(**instruments: Any) -> dict[str, Any]:
     """What an aircraft carries under open sky, with north along y, where the filters look for it."""
     north = Magnetometer(field=earth_field(azimuth=NORTH))
     return carry("imu", "ahrs", "rangefinder", **{"magnetometer": north, **instruments})
@@ -57,7 +57,7 @@ def gnss_to_rtk() -> Scenario:
     rtk = Rtk(corrections_lost=(Outage(0.0, CORRECTED),), refix=0.0)
     return Scenario(
         "gnss-to-rtk", "", "F450", Waypoints(((0.0, (0.0, 0.0, 3.0), 0.0),)),
-        standing((0, 0, 3)), 14.0, _outdoors(gnss=Gnss(), rtk=rtk),
+        standing((0, 0, 3)), 14.0, outdoors(gnss=Gnss(), rtk=rtk),
         mind=bank_mind(chosen("gnss", "rtk"), ((0.0, "gnss"), (SWITCH, "rtk"))),
     )  # fmt: skip
 
@@ -68,7 +68,7 @@ def rtk_lost() -> Scenario:
     return gnss_to_rtk()._replace(
         name="rtk-lost",
         duration=18.0,
-        sensors=_outdoors(gnss=Gnss(), rtk=rtk),
+        sensors=outdoors(gnss=Gnss(), rtk=rtk),
         mind=bank_mind(chosen("gnss", "rtk"), ((0.0, "rtk"),)),
     )
 
@@ -90,6 +90,6 @@ def through_a_door(door: float) -> Scenario:
     slam = Slam(outages=(Outage(0.0, 0.7 * door),))  # too far from walls before
     return Scenario(
         "outdoor-indoor", "", "F450", Waypoints(stops), standing((0, 0, 2)), 2.4 * door,
-        _outdoors(gnss=gnss, slam=slam, **carry("flow")),
+        outdoors(gnss=gnss, slam=slam, **carry("flow")),
         mind=bank_mind(chosen("gnss", "slam", "flow", "flow+slam"), ((0.0, "gnss"),)),
     )  # fmt: skip
