@@ -66,7 +66,7 @@ def test_a_goal_in_the_world_of_a_hypothesis_is_flown_to_there():
 
 def test_an_unknown_world_is_refused_with_those_that_are_known():
     ghost = Ghost(start=believing(worlds={"map": Shift(np.ones(3), 0.0)}, world="gnss"))
-    ghost.fly(0.1, In("mapp", GOAL))
+    ghost.fly(0.1, In("mop", GOAL))
     said = ghost.said("refused")[0]
     assert said[1] == "In"
     assert "Did you mean 'map'? Known: gnss, map." in said[2]

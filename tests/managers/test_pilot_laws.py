@@ -32,7 +32,7 @@ from uavlab.plant import CALM
 from uavlab.so3 import about_z, exp
 from uavlab.types import Attitude, Exit, Imu, Sectors, Sticks, Trajectory
 
-DT = 0.01
+DT = 0.02
 SHIFT = Shift(np.array((3.0, -2.0, 0.5)), 0.4)
 ZERO = np.zeros(3)
 MAP = Shift(np.array((1.0, 1.0, 0.0)), 0.3)
@@ -52,22 +52,22 @@ LOST = believing()._replace(**{
 
 # What is flown, tick by tick: asked, readings, belief. Each begins in the air but the first.
 STORIES = {
-    "up and home": [((TakeOff(1.0),), {}, None)] * 700 + [((LandHome(),), {}, None)] * 300,
+    "up and home": [((TakeOff(1.0),), {}, None)] * 420 + [((LandHome(),), {}, None)] * 250,
     "goals": [((GOAL,), {}, None)] * 50 + [((WAY,), {}, None)] + [((), {}, None)] * 100,
     "elsewhere": [((In("map", GOAL), In("moon", GOAL)), {}, None)] * 50,
     "refused": [((still(np.array((20.0, 0.0, 2.0))),), {}, None)] * 50,
-    "velocity": [((Velocity(np.array((3.0, 1.0, 0.2)), heading=0.4),), {}, None)] * 300,
+    "velocity": [((Velocity(np.array((3.0, 1.0, 0.2)), heading=0.4),), {}, None)] * 150,
     "velocity and height": [((Velocity(np.array((3.0, 1.0, 0.2)), 3.0),), {}, None)] * 100,
     "parts": [((Use("controller", "MpcController"), Use("limits", "fast")), {}, None)]
     + [((GOAL,), {}, None)] * 40 + [((Use("tracker", "LineTracker"), Use("gains", "none")), {}, None)] * 20,
-    "there": [((LandThere(np.array((1.0, 2.0, 0.0)), 1.0),), {}, None)] * 400,
-    "down": [((Land(),), {}, None)] * 200,
+    "there": [((LandThere(np.array((1.0, 2.0, 0.0)), 1.0),), {}, None)] * 250,
+    "down": [((Land(),), {}, None)] * 100,
     "emergency": [((GOAL,), {}, None)] * 50 + [((EmergencyLand(),), {}, None)] * 100,
     "fall": [((Fall(),), READ, None)] * 50,
     "lost": [((GOAL,), {}, None)] * 50 + [((), READ, LOST)] * 30,
-    "unheard": [((Unheard(),), {}, None)] * 330,
-    "near": [((GOAL,), {}, None)] * 50 + [((), NEAR, None)] * 50 + [((), {}, None)] * 120,
-    "sticks": [((GOAL,), {}, None)] * 50 + [((), PUSHED, None)] * 100 + [((), {}, None)] * 120,
+    "unheard": [((Unheard(),), {}, None)] * 170,
+    "near": [((GOAL,), {}, None)] * 50 + [((), NEAR, None)] * 50 + [((), {}, None)] * 60,
+    "sticks": [((GOAL,), {}, None)] * 50 + [((), PUSHED, None)] * 100 + [((), {}, None)] * 60,
 }  # fmt: skip
 
 
