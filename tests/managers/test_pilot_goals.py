@@ -6,7 +6,7 @@ from ghost import DT, SQUARE, Ghost, believing
 
 from uavlab.area import Area, NoFly
 from uavlab.frames import Shift, moved
-from uavlab.orders import In, TakeOff, Use, Velocity
+from uavlab.orders import In, LandThere, TakeOff, Use, Velocity
 from uavlab.parts.missions import still
 from uavlab.types import Trajectory
 
@@ -170,6 +170,24 @@ def test_a_goal_that_moves_and_is_told_once_ends_before_the_border():
     assert ghost.way()[:, 0].max() <= 10.0
     assert np.linalg.norm(ghost.reference.v) < 0.05
     assert ghost.way()[:, 0].max() > 7.0
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        GOAL._replace(r=np.zeros(2)), GOAL._replace(r="here"), GOAL._replace(heading="north"),
+        GOAL._replace(v=None), Trajectory(None, None, None), In("", GOAL._replace(r=np.zeros(2))),
+        In("", "there"), Velocity("fast"), Velocity(np.zeros(2)), Velocity(np.zeros(3), heading="up"),
+        LandThere("home", 0.0), LandThere(np.zeros(2), 0.0), LandThere(np.zeros(3), None),
+        TakeOff(None), Use("limits", None),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("ground", [False, True])
+def test_what_is_made_of_something_else_than_numbers_is_refused_and_ends_no_flight(asked, ground):
+    ghost = Ghost(ground=ground, area=SQUARE).fly(0.1, asked, always=(asked,))
+    refusals = [x for x in ghost.report.events if x.kind == "refused" or "refused" in x.said]
+    assert refusals
+    assert ghost.report.mode == ("ground" if ground else "flying")
 
 
 def test_a_pilot_knows_only_goals_and_orders():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite, sqrt
+from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,20 +49,28 @@ BRAKES = 1.0  # [m/s²] of a tracker that does not say its own
 
 def asked_goal(pilot: SafePilot, m: Piloting, estimate: Estimate, goal: Goal) -> Piloting:
     """A goal, told in the world of the estimate."""
-    if m.mode == TAKING_OFF:
-        return m._replace(pending=goal)
     why = BUSY.get(m.mode, "")
-    if not why and m.steering is None and _same(goal, m.obeyed):
+    if not why and m.steering is None and m.mode != TAKING_OFF and _same(goal, m.obeyed):
         return m._replace(goal=goal, since=m.t)
-    why = why or why_not(pilot, m, estimate, goal)
+    why = why or no_goal(goal)
+    if m.mode == TAKING_OFF and not why:
+        return m._replace(pending=goal)
+    why = why or fence.why_not(pilot.area, estimate, goal, now(m).r)
     if why:
         return refused(m, goal, why)._replace(since=-inf)
     return given(pilot, m, estimate, goal)
 
 
-def why_not(pilot: SafePilot, m: Piloting, estimate: Estimate, goal: Goal) -> str:
-    """Why a goal may not be flown to from where the reference is; empty: it may."""
-    return trackers.why_not(goal) or fence.why_not(pilot.area, estimate, goal, now(m).r)
+def no_goal(goal: Goal) -> str:
+    """Why nobody can fly to this, wherever it is; empty: one can."""
+    if isinstance(goal, Reference):
+        for name in ("r", "v", "a", "j"):
+            if np.shape(value := getattr(goal, name)) != (3,):
+                return f"{name} of the reference is {value!r}; it must be three numbers."
+    try:
+        return trackers.why_not(goal)
+    except (TypeError, ValueError) as error:
+        return f"the {type(goal).__name__.lower()} is not made of numbers: {error}."
 
 
 def given(pilot: SafePilot, m: Piloting, estimate: Estimate, goal: Goal) -> Piloting:
@@ -94,7 +102,7 @@ def asked_in(pilot: SafePilot, m: Piloting, estimate: Estimate, order: In) -> Pi
         )
     if order.world not in worlds:
         return refused(m, order, str(UnknownName("world", order.world, worlds)))
-    if why := trackers.why_not(goal):
+    if why := no_goal(goal):
         return refused(m, order, why)
     return asked_goal(pilot, m, estimate, moved(goal, worlds[order.world]))
 
@@ -105,7 +113,8 @@ def _same(a: Goal, b: Goal | None) -> bool:
         return True
     if not (isinstance(a, Reference) and isinstance(b, Reference)):
         return False
-    return bool((a.r == b.r).all() and (a.v == b.v).all()) and a.heading == b.heading
+    same = np.array_equal(a.r, b.r) and np.array_equal(a.v, b.v)
+    return same and a.heading == b.heading
 
 
 # A goal that moves ------------------------------------------------------------------------------------
@@ -244,11 +253,19 @@ def _brakes(pilot: SafePilot, m: Piloting) -> tuple[float, float, float, float]:
 
 def _bad(order: Velocity) -> str:
     """Why nobody can fly at this; empty: one can."""
-    v = np.asarray(order.v, dtype=float)
-    if v.shape != (3,) or not np.isfinite(v).all():
+    if not numbers(order.v, 3):
         return f"v is {order.v} m/s; only three finite numbers can be flown."
     for name in ("z", "heading", "heading_rate"):
         value = getattr(order, name)
-        if value is not None and not isfinite(value):
+        if value is not None and not numbers(value, 0):
             return f"{name} is {value}; only numbers can be flown."
     return ""
+
+
+def numbers(x: Any, n: int) -> bool:
+    """Whether these are `n` finite numbers; 0: one alone."""
+    try:
+        value = np.asarray(x, dtype=float)
+    except (TypeError, ValueError):
+        return False
+    return value.shape == ((n,) if n else ()) and bool(np.isfinite(value).all())

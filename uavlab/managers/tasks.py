@@ -10,7 +10,7 @@ import numpy as np
 from uavlab.errors import BadInput
 from uavlab.frames import heading, wrap
 from uavlab.managers import fence
-from uavlab.managers.goals import BUSY, asked_goal, now
+from uavlab.managers.goals import BUSY, asked_goal, now, numbers
 from uavlab.managers.memory import Piloting, changed, noted, refused
 from uavlab.managers.modes import (
     EMERGENCY,
@@ -73,8 +73,7 @@ def take_off(pilot: SafePilot, m: Piloting, estimate: Estimate, order: TakeOff) 
 
 
 def _height(order: TakeOff) -> bool:
-    h = order.height
-    return isinstance(h, int | float) and isfinite(h) and LOWEST <= h <= HIGHEST
+    return numbers(order.height, 0) and LOWEST <= float(order.height) <= HIGHEST
 
 
 def _why_no_start(m: Piloting, estimate: Estimate, order: TakeOff) -> str:
@@ -104,11 +103,13 @@ def land_home(pilot: SafePilot, m: Piloting, estimate: Estimate, order: LandHome
 
 def land_there(pilot: SafePilot, m: Piloting, estimate: Estimate, order: LandThere) -> Piloting:
     """Fly to a place, and land there."""
-    r = np.asarray(order.r, dtype=float)
-    if r.shape != (3,) or not isfinite(r[0] + r[1] + order.heading):
+    flat = (
+        numbers(order.r[:2], 2) if np.shape(order.r) == (3,) else False
+    )  # its height may be anything
+    if not (flat and numbers(order.heading, 0)):
         said = f"r is {order.r} m, heading {order.heading} rad; only numbers can be flown to."
         return refused(m, order, said)
-    return _go(pilot, m, estimate, order, r, order.heading)
+    return _go(pilot, m, estimate, order, np.asarray(order.r), order.heading)
 
 
 def _why_no_landing(m: Piloting) -> str:
