@@ -22,8 +22,8 @@ from uavlab.parts.estimators import AlphaBetaGamma
 from uavlab.parts.missions import InWorld, Waypoints
 from uavlab.parts.priority import FixedPriority
 from uavlab.parts.vetted import Vetted
-from uavlab.so3 import about_z
-from uavlab.types import Command, Estimate, Fix
+from uavlab.so3 import about_z, exp
+from uavlab.types import Attitude, Command, Estimate, Fix, Imu, Pose
 
 DT = 0.01
 ZERO = np.zeros(3)
@@ -186,6 +186,31 @@ def test_with_nobody_left_the_estimate_goes_on_and_says_that_nothing_stands_behi
     assert set(memory.dropped) == {"a", "b"}
     assert not out.reliable
     np.testing.assert_allclose(out.r, start.r + 0.5 * start.v, atol=1e-9)
+
+
+def turning(omega, seconds, seen=""):
+    """What is left when the only member has failed and the aircraft turns: gyro, and an attitude by that name."""
+    slot = EstimatorSlot({"a": Told("a", "step")})
+    memory, _ = stepped(slot, slot.init(START), READINGS)
+    R = START.R
+    out: Any = None
+    for k in range(round(seconds / DT)):
+        R = R @ exp(omega * DT)
+        read: dict[str, Any] = {"imu": Imu(DT * k, ZERO, omega)}
+        if seen:
+            kind = {"ahrs": Attitude(DT * k, R), "mocap": Pose(DT * k, ZERO, R)}[seen]
+            read = {seen: kind}
+        memory, out = slot.step(memory, read, COMMAND, DT)
+    return out, R
+
+
+@pytest.mark.parametrize("seen", ["", "ahrs", "mocap"])
+def test_with_nobody_left_the_estimate_still_turns_with_the_aircraft(seen):
+    omega = np.array((0.8, -0.5, 0.0))
+    out, R = turning(omega, 1.0, seen)
+    assert not out.reliable
+    np.testing.assert_allclose(out.R[2], R[2], atol=1e-9)  # the vertical, as the body sees it
+    assert np.arccos(R[2, 2]) > 0.5
 
 
 def test_nobody_is_asked_who_has_heard_nothing_lately():

@@ -12,11 +12,11 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from uavlab.errors import BadInput, UnknownName
-from uavlab.frames import NO_SHIFT, Shift, compose, heading, inverse, moved
+from uavlab.frames import NO_SHIFT, Shift, compose, heading, inverse, moved, wrap
 from uavlab.interfaces import Estimator, Memory, Readings
 from uavlab.parts.slot import TAKEN
-from uavlab.so3 import exp
-from uavlab.types import Command, Estimate, Hypothesis
+from uavlab.so3 import about_z, exp
+from uavlab.types import Attitude, Command, Estimate, Hypothesis, Imu, Pose
 
 
 class Parallel(NamedTuple):
@@ -167,7 +167,7 @@ class EstimatorSlot:
         name = _who(memory.name, memory.asked, own, dropped)
         if name and name not in {memory.name, memory.asked}:
             news.append((name, TAKEN))
-        estimate = self._told(memory, own, dropped, name, dt)
+        estimate = self._told(memory, own, dropped, name, _carried(memory.last, readings, dt))
         return Parallel(
             name or memory.name, memories, own, estimate, "", dropped, tuple(news)
         ), estimate
@@ -193,11 +193,10 @@ class EstimatorSlot:
         own: Mapping[str, Estimate],
         dropped: Mapping[str, str],
         name: str,
-        dt: float,
+        here: Estimate,
     ) -> Estimate:
-        """What goes out: the estimate of `name`, and how its world lies."""
+        """What goes out: the estimate of `name`, and how its world lies; `here` is the last one, carried on."""
         was, shift = memory.name, memory.last.shift
-        here = _carried(memory.last, dt)
         if was not in dropped:
             here = own[was]
             shift = _along(shift, memory.own[was].shift, here.shift)
@@ -271,9 +270,19 @@ def _along(shift: Shift, was: Shift, now: Shift) -> Shift:
     return compose(compose(now, inverse(was)), shift)
 
 
-def _carried(last: Estimate, dt: float) -> Estimate:
-    """The last estimate `dt` [s] later, when nobody has anything to say."""
-    return last._replace(r=last.r + last.v * dt, R=last.R @ exp(last.omega * dt))
+def _carried(last: Estimate, readings: Readings, dt: float) -> Estimate:
+    """The last estimate `dt` [s] later, when no member has anything to say: its motion goes on, it turns as is read.
+
+    The gyro turns it; an attitude that is read has the last word on the tilt, and none on the heading.
+    """
+    omega, imu = last.omega, readings.get("imu")
+    seen = readings.get("ahrs") or readings.get("mocap")
+    if isinstance(imu, Imu) and np.isfinite(imu.gyro).all():
+        omega = imu.gyro
+    R = last.R @ exp(omega * dt)
+    if isinstance(seen, Attitude | Pose) and np.isfinite(seen.R).all():
+        R = about_z(wrap(heading(R) - heading(seen.R))) @ seen.R
+    return last._replace(r=last.r + last.v * dt, R=R, omega=omega)
 
 
 def _retold(x: Estimate, shift: Shift) -> Estimate:
