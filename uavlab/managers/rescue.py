@@ -34,6 +34,7 @@ RATES = (
     0.15,
     0.1,
 )  # of the rate of the failsafe, tried one after the other
+UNTRUE = 2.0  # [m/s] by which the speed that is estimated is believed against the one that was flown (ours)
 LONG = 60.0  # [s], longer than any fall
 LATE = 1.3  # times as long as it should take, and a second: then it stands
 QUICK = 0.06  # [1/s] of the throttle from then on
@@ -107,8 +108,13 @@ def guarded(
 def land_now(pilot: SafePilot, m: Piloting, estimate: Estimate, trigger: str, why: str) -> Piloting:
     """Begin to land in an emergency."""
     m = changed(noted(m, "safety", trigger, why), EMERGENCY, why)
-    if trigger != "jump":  # the speed is true, then, and has to be braked
-        m = m._replace(reference=m.reference._replace(v=estimate.v))
+    if trigger != "jump":  # the speed is nearly true, then, and has to be braked
+        was = m.reference.v
+        off = (
+            estimate.v - was
+        )  # of an observer it may be wrong by metres per second after a jump that was small
+        share = min(1.0, UNTRUE / max(sqrt(off @ off), 1e-9))
+        m = m._replace(reference=m.reference._replace(v=was + share * off))
     return tuned(pilot, m._replace(goal=None, pending=None), estimate)
 
 
