@@ -197,6 +197,15 @@ def test_one_that_follows_learns_from_who_is_blown_away_and_not_from_who_comes_b
     assert memory.m_e == MASS
 
 
+def test_one_that_follows_flies_its_old_plan_on_when_nobody_knows_how_fast_the_reference_is():
+    memory, _ = after(20, LEVEL, stand((3.0, 0.0, 0.0)), FOLLOWS)
+    lost = stand((3.0, 0.0, 0.0))._replace(v=np.array((nan, 0.0, 0.0)))
+    new, command = FOLLOWS.step(memory, LEVEL, lost, DT)
+    assert FOLLOWS.failures(new) == 1
+    assert new.inputs[0] == memory.plans[0].z[1]
+    assert np.isfinite((command.f_d, *command.omega_d, *command.a_d)).all()
+
+
 @pytest.mark.flight
 def test_one_that_follows_comes_back_from_an_errand_that_the_other_falls_from():
     told, speed = load_airframe("T650").m, 1.5

@@ -156,6 +156,8 @@ class MpcController:
                 estimate, reference = frames.moved(estimate, back), frames.moved(reference, back)
             x0 = initial_state(estimate, reference, self.limits)  # (45)
             x0[:, 0] -= reference.r
+        if self.gains.follows:
+            x0[~np.isfinite(reference.v)] = np.nan  # there is nothing that one could follow
         flat, up = self.limits
         kinds = ((flat, 0.0, HORIZONTAL), (flat, 0.0, HORIZONTAL), (up, P_UP, VERTICAL))
         plans, c, solved = list(memory.plans), np.zeros(3), True
@@ -164,7 +166,7 @@ class MpcController:
             new, now = None, np.append(x0[i], memory.inputs[i])
             if self.gains.follows:
                 now = np.append(now, reference.v[i])
-            if _numbers(x0[i], now):
+            if _numbers(x0[i]):
                 new = solver.solve(*family(now), memory.plans[i])
             if new is None or not new.ok:
                 solved, new = False, _shifted(memory.plans[i])
@@ -183,7 +185,7 @@ class MpcController:
             too_fast = abs(reference.v[2]) > self.limits.vertical.v  # then who lags is not heavy
             up_rests = too_fast or _on_its_way(e_p[2:], off[2:])
         if not up_rests:
-            m_e = m_e - k.k_m * float(e_p[2]) * dt  # (37), errata: who is heavy sags
+            m_e = m.m_e - k.k_m * float(e_p[2]) * dt  # (37), errata: who is heavy sags
         m_e = min(max(m_e, self.mass - k.m_max, LIGHTEST * self.mass), self.mass + k.m_max)
         if flat_rests:
             return m._replace(m_e=m_e)
