@@ -14,6 +14,7 @@ from uavlab.managers.pilot import SafePilot
 from uavlab.orders import EmergencyLand, TakeOff, Use
 from uavlab.parts.missions import still
 from uavlab.solutions.mpc import MpcTracker
+from uavlab.solvers import unsolved
 
 GOAL = still(np.array((3.0, 0.0, 2.0)))
 
@@ -184,6 +185,18 @@ def test_a_part_that_is_asked_for_and_cannot_fly_is_refused_and_not_asked_for_ag
     assert "out of order" in why
     assert ghost.flies == ("CommandFilter slow", "TiltAxis")
     assert ghost.report.mode == "flying"
+
+
+def test_who_finds_no_plan_to_begin_with_does_not_take_over():
+    ghost = Ghost("CommandFilter", "TiltAxis").fly(0.5, GOAL)
+    with unsolved():
+        ghost.fly(0.5, Use("tracker", "MpcTracker")).fly(0.5, Use("controller", "MpcController"))
+    assert ghost.flies == ("CommandFilter medium", "TiltAxis")
+    refused = [x for x in ghost.said("tracker", "controller") if x[2].startswith("refused")]
+    assert [x[1] for x in refused] == ["MpcTracker medium", "MpcController"]
+    assert all("it finds no plan to begin with" in x[2] for x in refused)
+    ghost.fly(0.5, Use("tracker", "MpcTracker"), Use("controller", "MpcController"))
+    assert ghost.flies == ("MpcTracker medium half", "MpcController")
 
 
 # What a pilot is made of ------------------------------------------------------------------------------

@@ -213,7 +213,7 @@ class SafePilot:
         if verdict.level:
             after = rescue.fall(self, after, x, verdict.trigger, verdict.said)
             return rescue.falls(self, after, x, dt)
-        m = kept(self, after, before)
+        m = kept(self, after, before, x)
         mass = tasks.weighed(self, m)
         m, command = tasks.progressed(self, m, x, command, dt)
         return m._replace(reference=reference, command=command, mass=mass), reference, command

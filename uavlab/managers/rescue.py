@@ -14,7 +14,7 @@ from uavlab.frames import heading, wrap
 from uavlab.managers.memory import Piloting, changed, noted
 from uavlab.managers.modes import EMERGENCY, FAILSAFE
 from uavlab.managers.safety import Play, Verdict, begun, kind_of, watched
-from uavlab.managers.takeover import tuned
+from uavlab.managers.takeover import planless, tuned
 from uavlab.managers.tasks import OFF, touchdown, touched
 from uavlab.parts.failsafe import Failsafe
 from uavlab.so3 import about_z, exp
@@ -88,11 +88,7 @@ def guarded(
 ) -> tuple[Piloting, Verdict]:  # fmt: skip
     """What the watch says of this tick; `told` is the estimate as it came."""
     flying: Any = pilot.controllers.parts[m.controlling.name]
-    ahead: Any = pilot.trackers.parts[m.tracking.name]
-    failures = 0
-    for part, memory in ((ahead, m.tracking.memory), (flying, m.controlling.memory)):
-        count = getattr(part, "failures", None)
-        failures += 0 if count is None else count(memory)
+    failures = planless(pilot.trackers, m.tracking) + planless(pilot.controllers, m.controlling)
     play = Play(
         kind_of(getattr(flying, "part", flying)), m.switched, failures, heard, m.mode == EMERGENCY
     )

@@ -118,11 +118,21 @@ def _stepped(
     """
     try:
         after, out = slot.step(memory, estimate, given, dt)
+        if memory.asked == after.name and not after.said and planless(slot, after):
+            said = f"{memory.asked}: it finds no plan to begin with"
+            memory = memory._replace(asked="", waiting=None, said=said, refused=memory.refused + 1)
+            after, out = slot.step(memory, estimate, given, dt)
     except NotImplementedError:
         raise
     except Exception as error:  # whatever a part raises: it is flown on without it
         return memory, None, f"{memory.name} raised {type(error).__name__}: {error}"
     return after, out, _unfit(after.name, out)
+
+
+def planless(slot: Any, memory: Flying) -> int:
+    """For how many steps who flies has had no new plan; 0 of one that makes none."""
+    count = getattr(slot.parts[memory.name], "failures", None)
+    return 0 if count is None else count(memory.memory)
 
 
 def _unfit(name: str, out: Any) -> str:
@@ -149,7 +159,7 @@ def _outcome(m: Piloting, kind: str, asked: str, after: Flying) -> Piloting:
     return noted(m, kind, asked, f"refused: {after.said}")
 
 
-def kept(pilot: SafePilot, m: Piloting, before: Wants) -> Piloting:
+def kept(pilot: SafePilot, m: Piloting, before: Wants, estimate: Estimate) -> Piloting:
     """The wishes of before, for the parts of which a new one was refused."""
     wants = m.wants
     if wants is before or m.mode not in FREE:
@@ -158,4 +168,8 @@ def kept(pilot: SafePilot, m: Piloting, before: Wants) -> Piloting:
         wants = wants._replace(controller=before.controller, gains=before.gains)
     if m.tracking.name != tracker_for(pilot, m, m.controlling.name):
         wants = wants._replace(tracker=before.tracker, limits=before.limits)
-    return m._replace(wants=wants)
+    if wants is m.wants:
+        return m
+    return tuned(
+        pilot, m._replace(wants=wants), estimate
+    )  # a tracker made room for who did not come
