@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from grader.build import ROOT, find_labs, lab_paths
+from grader.build_campaigns import campaigns_page
 from grader.build_lab import Cell, Lab
 from grader.build_reproductions import reproductions_page
 from uavlab.errors import BadFile
@@ -78,6 +79,7 @@ def write_pages(stage: Path, labs: Sequence[Lab], root: Path) -> None:
     pages["syllabus.md"] = syllabus((root / "course" / "syllabus.md").read_text("utf-8"), labs)
     page = pages["reproductions.md"]
     pages["reproductions.md"] = reproductions_page(page, book / "reproductions")
+    pages["campaigns.md"] = campaigns_page(pages["campaigns.md"], book / "campaigns")
     order = [name for stem in STEMS for name in (stem, f"labs/{stem}") if f"{name}.md" in pages]
     pages["index.md"] = pages["index.md"].replace("@chapters@", "\n".join(order))
     for name, text in pages.items():
