@@ -173,16 +173,20 @@ def _spoke(log: Log) -> str:
 def _panels(shown: list[tuple[Cause, Log]]) -> tuple[Panel, ...]:
     """Heights after the fault: of those who land, of those who fall, and of those whom nobody can save."""
 
-    def height(title: str, some: list[tuple[Cause, Log]]) -> Panel:
-        lines = tuple(Line(cause.said, log.t - AT, log.r[:, 2]) for cause, log in some)
-        marks = ((0.0, "it breaks"),)
-        return Panel(title, "time after the fault [s]", "height [m]", lines, marks)
+    def height(title: str, some: list[tuple[Cause, Log]], end: float) -> Panel:
+        lines = []
+        for cause, log in some:
+            t = log.t - AT
+            near = (t > -1.0) & (t < end)
+            lines.append(Line(cause.said, t[near], log.r[near, 2]))
+        x, marks = "time after the fault [s]", ((0.0, "it breaks"),)
+        return Panel(title, x, "height [m]", tuple(lines), marks)
 
     lands = [x for x in shown if not (x[0].falls or x[0].hopeless)]
     return (
-        height("Emergency landings, seed 0", lands),
-        height("Failsafe, seed 0", [x for x in shown if x[0].falls]),
-        height("A motor of four, seed 0", [x for x in shown if x[0].hopeless]),
+        height("Emergency landings, seed 0", lands, 20.0),
+        height("Failsafe, seed 0", [x for x in shown if x[0].falls], 8.0),
+        height("A motor of four, seed 0", [x for x in shown if x[0].hopeless], 8.0),
     )
 
 
