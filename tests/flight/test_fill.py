@@ -185,7 +185,9 @@ def test_a_class_that_is_given_is_told_the_mass_and_called_by_its_author(monkeyp
 def test_a_wrong_name_or_parameter_is_told_with_what_there_is():
     with pytest.raises(UnknownName, match="Did you mean 'MpcTracker'"):
         fill("MpcTraker")
-    with pytest.raises(UnknownName, match="Known: .*GeometricController, .*MpcController, MpcTracker"):
+    with pytest.raises(
+        UnknownName, match=r"Known: .*GeometricController, .*MpcController, MpcTracker"
+    ):
         stack("T650", "Autopilot")
     with pytest.raises(BadInput, match=r"takes mass, gains; got an unexpected .* 'gain'"):
         fill("GeometricController", globals(), mass=1.0, gain=2.0)

@@ -14,9 +14,10 @@ from uavlab.frames import heading, wrap
 from uavlab.managers.memory import Piloting, changed, noted
 from uavlab.managers.modes import EMERGENCY, FAILSAFE
 from uavlab.managers.safety import Play, Verdict, begun, kind_of, watched
-from uavlab.managers.takeover import planless, tuned
+from uavlab.managers.takeover import RESCUER, SOON, planless, seated, tuned
 from uavlab.managers.tasks import OFF, touchdown, touched
 from uavlab.parts.failsafe import Failsafe
+from uavlab.parts.slot import TAKEN
 from uavlab.so3 import about_z, exp
 from uavlab.types import GRAVITY, Attitude, Command, Estimate, Imu, Mat3, Reference
 
@@ -198,8 +199,9 @@ def _caught(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Pil
     if m.waited < BACK:
         return m
     m = changed(m, EMERGENCY, f"there has been an estimate again for {BACK:g} s")
-    m = m._replace(
-        tracking=pilot.trackers.init(estimate, None), law=None, falling=None, fell="",
-        controlling=pilot.controllers.init(estimate, m.command), watch=begun(pilot.safety),
+    for kind, name in (("tracker", SOON), ("controller", RESCUER)):
+        m = noted(m, kind, name, TAKEN)
+    return m._replace(
+        tracking=seated(pilot.trackers, SOON, estimate, None), law=None, falling=None, fell="",
+        controlling=seated(pilot.controllers, RESCUER, estimate, m.command), watch=begun(pilot.safety),
     )  # fmt: skip
-    return tuned(pilot, m, estimate)

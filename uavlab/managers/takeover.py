@@ -72,6 +72,11 @@ def asked_for(pilot: SafePilot, m: Piloting, kind: str, name: str, estimate: Est
     return m if after.asked else noted(m, kind, name, f"refused: {after.said}")
 
 
+def seated(slot: Any, name: str, estimate: Estimate, last: Any) -> Flying:
+    """Part `name` flies at once, and no other is asked: the first of the slot may be the one that is broken."""
+    return Flying(name, slot.parts[name].init(estimate, last), last)
+
+
 def tracked(
     pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float
 ) -> tuple[Piloting, Reference, str]:

@@ -25,10 +25,11 @@ from uavlab.managers.modes import (
     TAKING_OFF,
 )
 from uavlab.managers.safety import begun
-from uavlab.managers.takeover import UP, tuned
+from uavlab.managers.takeover import UP, controller_for, seated, tuned
 from uavlab.orders import Land, LandHome, LandThere, TakeOff
 from uavlab.parts.landoff import HIGHEST, LOWEST
 from uavlab.parts.missions import still
+from uavlab.parts.slot import TAKEN
 from uavlab.parts.touchdown import Touchdown
 from uavlab.types import Command, Estimate, Reference, Vec3
 
@@ -59,17 +60,22 @@ def take_off(pilot: SafePilot, m: Piloting, estimate: Estimate, order: TakeOff) 
     if why:
         return refused(m, order, why)
     here = still(estimate.r, heading(estimate.R))
-    m = m._replace(
+    name = controller_for(pilot, m._replace(mode=TAKING_OFF))
+    try:
+        law = seated(pilot.controllers, name, estimate, OFF)
+    except NotImplementedError:
+        raise  # a stub that somebody has not finished
+    except Exception as error:
+        return refused(m, order, f"{name} cannot begin: {type(error).__name__}: {error}")
+    lift = seated(pilot.trackers, UP, estimate, here)
+    lift = lift._replace(memory=lift.memory._replace(top=float(here.r[2]) + order.height))
+    m = changed(m, TAKING_OFF, f"to {order.height:g} m")
+    for kind, who in (("tracker", UP), ("controller", name)):
+        m = m if who == m.controlling.name else noted(m, kind, who, TAKEN)
+    return m._replace(
         home=here, reference=here, command=OFF, pending=None, obeyed=None,
-        tracking=pilot.trackers.init(estimate, here),
-        controlling=pilot.controllers.init(estimate, OFF), watch=begun(pilot.safety),
+        tracking=lift, controlling=law, watch=begun(pilot.safety),
     )  # fmt: skip
-    m = tuned(pilot, changed(m, TAKING_OFF, f"to {order.height:g} m"), estimate)
-    waiting: Any = m.tracking.waiting
-    if m.tracking.asked != UP:  # said already
-        return changed(m, GROUND, "nobody can fly the take-off")
-    waiting = waiting._replace(top=float(here.r[2]) + order.height)
-    return m._replace(tracking=m.tracking._replace(waiting=waiting))
 
 
 def _height(order: TakeOff) -> bool:
