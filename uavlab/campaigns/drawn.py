@@ -28,8 +28,8 @@ class Ranges(NamedTuple):
     """From what flights are drawn."""
 
     airframes: tuple[str, ...] = ("T650", "F450", "X500", "F550")
-    ground: float = 0.7  # share of the flights that begin on the ground; the others hover at 2 m
-    survey: float = 0.35  # share that flies on a bank of filters; the others are in a laboratory
+    ground: float = 0.6  # share of the flights that begin on the ground; the others hover at 2 m
+    survey: float = 0.3  # share that flies on a bank of filters; the others are in a laboratory
     members: tuple[str, ...] = ("gnss", "rtk", "slam", "flow")  # of a bank: two or three of them
     spare: float = 0.5  # share that has a second estimator aboard
     corners: int = 5  # of the border
@@ -40,14 +40,14 @@ class Ranges(NamedTuple):
     zone: _Range = (3.5, 6.0)  # [m] from home to the middle of the no-fly zone
     width: _Range = (0.6, 1.5)  # [m], half of its width
     wind: _Range = (0.0, 5.0)  # [m/s], mean at 5 m, with the gusts that belong to it
-    rise: _Range = (0.8, 2.0)  # [m], to which it takes off
+    rise: _Range = (0.8, 1.8)  # [m], to which it takes off
     goals: tuple[int, int] = (1, 2)
     reach: float = 1.3  # goals lie within so many radii: some outside
-    patience: float = 4.0  # [s] for a goal; then comes the next one
-    wait: _Range = (1.0, 2.5)  # [s] behind a velocity
+    patience: float = 3.0  # [s] for a goal; then comes the next one
+    wait: _Range = (1.0, 2.0)  # [s] behind a velocity
     speed: float = 2.0  # [m/s], largest velocity that is asked for
     faults: tuple[int, int] = (1, 3)
-    after: float = 20.0  # [s] that are left to come down
+    after: float = 16.0  # [s] that are left to come down
     stay: float = 3.0  # [s] of an errand that does not end with a landing
 
 
@@ -130,7 +130,7 @@ def _errand(
         steps += [Wait(wait)] if kinds[-1] == "velocity" else []
         t += {"velocity": wait, "use": 0.0}.get(kinds[-1], RANGES.patience)
     kinds.append(str(rng.choice(ENDS)))
-    there = _place(rng, area) * (1.0, 1.0, 0.0)
+    there = 0.5 * _place(rng, area) * (1.0, 1.0, 0.0)
     last: dict[str, Goal | Order] = {
         "land": Land(), "home": LandHome() if ground else LandThere(np.zeros(3), 0.0),
         "there": LandThere(there, 0.0), "stay": still(np.array((0.0, 0.0, 2.0))),
@@ -154,8 +154,8 @@ def _trajectory(rng: np.random.Generator, area: Area) -> Trajectory:
     """Three random places, at a speed that can be flown."""
     r = np.array([0.8 * _place(rng, area) for _ in range(3)])
     r[:, 2] += 0.5
-    gaps = np.linalg.norm(np.diff(r, axis=0), axis=1) / 1.5
-    return Trajectory(np.concatenate(([3.0], 3.0 + np.cumsum(gaps))), r, np.zeros(3))
+    gaps = np.linalg.norm(np.diff(r, axis=0), axis=1) / 1.2
+    return Trajectory(np.concatenate(([1.0], 1.0 + np.cumsum(gaps))), r, np.zeros(3))
 
 
 def _place(rng: np.random.Generator, area: Area) -> Vec3:
