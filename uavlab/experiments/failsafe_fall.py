@@ -84,7 +84,7 @@ class Fallen(NamedTuple):
     log: Log
 
 
-def failsafe(mass: float = TOLD, **numbers: float) -> Failsafe:
+def failsafe(mass: float = TOLD, **numbers: Any) -> Failsafe:
     """That of the airframe, for a believed mass [kg]."""
     airframe = load_airframe(NAME)
     return Failsafe(mass, ThrustCurve(airframe.a_t, airframe.b_t), **numbers)
