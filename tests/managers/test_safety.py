@@ -224,10 +224,10 @@ def test_an_estimate_that_comes_back_in_time_begins_the_tenth_anew():
         assert said == NOTHING
 
 
-def test_an_estimate_without_measurements_may_fly_for_half_a_second():
+def test_an_estimate_without_measurements_may_fly_for_a_fifth_of_a_second():
     ticks, said = speaks_after(estimate=HERE._replace(reliable=False))
-    assert ticks == 50
-    assert_says(said, FAILSAFE, "unreliable", "0.50 s", "0.5 s")
+    assert ticks == 20
+    assert_says(said, FAILSAFE, "unreliable", "0.20 s", "0.2 s")
 
 
 def test_a_throttle_above_its_limit_for_a_second_is_told_and_the_bound_is_that_of_the_curve():
@@ -330,7 +330,7 @@ WRONG = {
     "controller": {"command": HOVER._replace(f_d=nan)},
 }
 TIMES = {"tilt error": 50, "throttle": 100, "solver": 50}
-NEVER_MUTE = {"state missing": 10, "unreliable": 50, "tracker": 1, "controller": 1}
+NEVER_MUTE = {"state missing": 10, "unreliable": 20, "tracker": 1, "controller": 1}
 
 
 def test_every_trigger_but_a_jump_is_in_the_list_of_what_can_be_wrong():

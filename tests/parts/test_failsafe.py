@@ -12,6 +12,7 @@ from uavlab.parts.failsafe import Failsafe
 from uavlab.parts.missions import still
 from uavlab.parts.throttle import ThrustCurve
 from uavlab.plant import CompiledPlant, load_airframe
+from uavlab.plant.world import total_force
 from uavlab.solutions.dynamics import throttle_from_force
 from uavlab.types import Command, Estimate, State
 
@@ -89,3 +90,26 @@ def test_numbers_with_which_nothing_comes_down_are_refused(wrong):
         replace(PART, **wrong)
     with pytest.raises(BadInput, match="a_t"):
         Failsafe(3.5, ThrustCurve(0.0, 0.1))
+
+
+def test_who_leans_against_the_wind_is_carried_away_by_less_of_it():
+    plant, wind, carried = CompiledPlant(T650), np.array((4.0, 0.0, 0.0)), []
+    hovers = State(np.array((0.0, 0.0, 9.0)), np.zeros(3), np.eye(3), np.zeros(3))
+    drag = float(total_force(T650, hovers, T650.m * 9.81, wind)[0] / T650.m)  # [m/s²]
+    for lean in ((0.0, 0.0), (-drag, 0.0)):
+        part = replace(PART, lean=lean)
+        world = plant.init(hovers)
+        memory = part.init(believed(world.R), None)
+        for _ in range(300):
+            seen = believed(world.R)._replace(omega=world.omega)
+            memory, command = part.step(memory, seen, ASKED, DT)
+            world = plant.advance(world, command, wind, DT, 10)
+        carried.append(float(world.v[0]))
+    assert carried[0] > 0.5
+    assert abs(carried[1]) < 0.4 * carried[0]
+
+
+@pytest.mark.parametrize("lean", [(3.0, 0.0), (np.nan, 0.0), (0.0, np.inf)])
+def test_a_lean_that_is_steep_or_no_number_is_refused(lean):
+    with pytest.raises(BadInput, match="lean is"):
+        replace(PART, lean=lean)

@@ -40,7 +40,9 @@ class Safety(NamedTuple):
     tilt_error_time: float = 0.5  # [s]
     k_R: float = 5.0  # [1/s] rate for an error of the axis, as in all laws of mrs_uav_controllers
     missing_time: float = 0.1  # [s] an estimate may be no number
-    unreliable_time: float = 0.5  # [s] it may stand on no measurement: ours
+    unreliable_time: float = (
+        0.2  # [s] it may stand on no measurement: ours; who waits flies on a guess
+    )
     throttle: float = 0.8  # of 1
     throttle_time: float = 1.0  # [s]
     unsolved_time: float = 0.5  # [s] without a new plan: ours

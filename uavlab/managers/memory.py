@@ -10,7 +10,8 @@ from uavlab.interfaces import Event, Goal, Memory
 from uavlab.managers.remote import Held
 from uavlab.managers.safety import Watch, reframed
 from uavlab.parts.slot import Flying
-from uavlab.types import Command, Estimate, Reference
+from uavlab.so3 import about_z
+from uavlab.types import Command, Estimate, Reference, Vec3
 
 AGAIN = 0.5  # [s] after which what is refused again is told again
 NEAR = 0.5  # [m] between two goals that are refused as one
@@ -64,6 +65,7 @@ class Piloting(NamedTuple):
     command: Command  # likewise
     home: Reference  # where it took off, at the height of the ground
     mass: float  # [kg], as last believed
+    lean: Vec3  # (3,) [m/s²] of the thrust against the wind, as last seen; level
     events: tuple[Event, ...] = ()
     held: Held = Held()
     goal: Goal | None = None  # what the tracker is told in this tick
@@ -124,7 +126,7 @@ def told(m: Piloting, shift: Shift) -> Piloting:
     steering = s and s._replace(goal=there(s.goal), against=there(s.against))
     return m._replace(
         watch=reframed(m.watch, shift), estimate=there(m.estimate), reference=there(m.reference),
-        command=there(m.command), home=there(m.home), goal=there(m.goal), obeyed=there(m.obeyed),
-        pending=there(m.pending), steering=steering, target=there(m.target),
-        refusal=m.refusal and m.refusal._replace(goal=there(m.refusal.goal)),
+        command=there(m.command), lean=about_z(shift.heading) @ m.lean, home=there(m.home),
+        goal=there(m.goal), obeyed=there(m.obeyed), pending=there(m.pending), steering=steering,
+        target=there(m.target), refusal=m.refusal and m.refusal._replace(goal=there(m.refusal.goal)),
     )  # fmt: skip

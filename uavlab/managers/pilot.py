@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any
 
+import numpy as np
+
 from uavlab.area import Area
 from uavlab.errors import BadInput, UnknownName
 from uavlab.frames import Shift, heading
@@ -145,7 +147,7 @@ class SafePilot:
             0.0, GROUND if ground else FLYING, names,
             self.trackers.init(estimate, here if ground else None),
             self.controllers.init(estimate, None if ground else hover),
-            watch.begun(self.safety), estimate, here, hover, home, self.mass,
+            watch.begun(self.safety), estimate, here, hover, home, self.mass, np.zeros(3),
         )  # fmt: skip
         why = "it stands on the ground" if ground else "it is in the air"
         m = noted(m, "mode", m.mode, why)
@@ -214,9 +216,10 @@ class SafePilot:
             after = rescue.fall(self, after, x, verdict.trigger, verdict.said)
             return rescue.falls(self, after, x, dt)
         m = kept(self, after, before, x)
-        mass = tasks.weighed(self, m)
+        mass, lean = tasks.weighed(self, m), tasks.leaning(m, x, reference, command, dt)
         m, command = tasks.progressed(self, m, x, command, dt)
-        return m._replace(reference=reference, command=command, mass=mass), reference, command
+        m = m._replace(reference=reference, command=command, mass=mass, lean=lean)
+        return m, reference, command
 
     def _tried(
         self, m: Piloting, x: Estimate, told: Estimate, heard: bool, dt: float

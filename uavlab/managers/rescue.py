@@ -16,10 +16,10 @@ from uavlab.managers.modes import EMERGENCY, FAILSAFE
 from uavlab.managers.safety import Play, Verdict, begun, kind_of, watched
 from uavlab.managers.takeover import RESCUER, SOON, planless, seated, tuned
 from uavlab.managers.tasks import OFF, touchdown, touched
-from uavlab.parts.failsafe import Failsafe
+from uavlab.parts.failsafe import STEEPEST, Failsafe
 from uavlab.parts.slot import TAKEN
 from uavlab.so3 import about_z, exp
-from uavlab.types import GRAVITY, Attitude, Command, Estimate, Imu, Mat3, Reference
+from uavlab.types import GRAVITY, Attitude, Command, Estimate, Imu, Mat3, Reference, Vec3
 
 if TYPE_CHECKING:
     from uavlab.managers.pilot import SafePilot
@@ -120,10 +120,16 @@ def fall(pilot: SafePilot, m: Piloting, estimate: Estimate, trigger: str, why: s
     m = changed(noted(m, "safety", trigger, why), FAILSAFE, why)
     last = m.estimate
     high, v = float(last.r[2] - m.home.r[2]), float(last.v[2])
-    law = gentle(failsafe(pilot, m.mass), high, v)
+    law = replace(gentle(failsafe(pilot, m.mass), high, v), lean=_lean(m.lean))
     due = inf if law.rate == failsafe(pilot, m.mass).rate else LATE * landing(law, high, v)[1] + 1.0
     falling = law.init(estimate, m.command)
     return m._replace(law=law, falling=falling, fell=trigger, due=due, goal=None, pending=None)
+
+
+def _lean(lean: Vec3) -> tuple[float, float]:
+    """A lean that the failsafe takes [m/s²]."""
+    x, y, _ = lean * min(1.0, 0.99 * STEEPEST / max(sqrt(lean @ lean), 1e-9))
+    return float(x), float(y)
 
 
 def failsafe(pilot: SafePilot, mass: float) -> Failsafe:

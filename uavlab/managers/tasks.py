@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite, sqrt
+from math import exp, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,6 +40,8 @@ NEAR, TURNED = 0.1, 0.1  # [m], [rad] of the reference from where it has to be (
 CLOSE = 0.2  # [m] of the estimate likewise: it is noisy (ours)
 PATIENCE = 5.0  # [s] after which it goes on though the estimate is farther than that (ours)
 LOW = 2.0  # [m] above ground, to which it flies down before it lands (mrs_uav_managers)
+SLOW = 1.0  # [m/s] of the reference, below which a lean is one against the wind (ours)
+LEANS = 1.0  # [s] over which it is seen (ours)
 SHARE = 0.4  # of the mass by which what a controller learned of it is believed (ours)
 OFF = Command(0.0, np.zeros(3), np.zeros(3))
 for _x in OFF[1:]:
@@ -210,6 +212,21 @@ def weighed(pilot: SafePilot, m: Piloting) -> float:
         return m.mass
     most = SHARE * pilot.mass
     return pilot.mass + min(max(float(m_e) - pilot.mass, -most), most)
+
+
+def leaning(
+    m: Piloting, estimate: Estimate, reference: Reference, command: Command, dt: float
+) -> Vec3:
+    """How the thrust leans against the wind (3,) [m/s²], world, level: what of it no reference asks for.
+
+    Seen while it flies slowly on an estimate that something stands behind; at speed it leans against its own drag.
+    """
+    v = reference.v
+    if not (m.mode in FREE and estimate.reliable and v @ v < SLOW * SLOW):
+        return m.lean
+    now = (command.f_d / m.mass) * estimate.R[:, 2] - reference.a
+    now[2] = 0.0
+    return m.lean + (1.0 - exp(-dt / LEANS)) * (now - m.lean)
 
 
 def touchdown(pilot: SafePilot, mass: float) -> Touchdown:
