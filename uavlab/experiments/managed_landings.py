@@ -154,8 +154,8 @@ _LOST = (
     "pilot flies on with what it knew, then it falls: .98 of the hover throttle of the mass that it had learned, 1.5 % "
     "of the range less each second. When all is lost, its attitude is that of the gyro and of the tilt of the "
     "autopilot.",
-    "Level is what the attitude says: its own error of 0.3° stays. In wind it leant when it was lost; it drifts with "
-    "the air then.",
+    "Level is what the attitude says: its own error of 0.3° stays. In wind it keeps the lean against the wind that it "
+    "had when it was lost; who levels out, as MRS does, drifts away with the air (000-10).",
 )
 
 
