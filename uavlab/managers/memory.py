@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 from uavlab.frames import Shift, moved
 from uavlab.interfaces import Event, Goal, Memory
+from uavlab.managers import reckoning
+from uavlab.managers.reckoning import Reckoned
 from uavlab.managers.remote import Held
 from uavlab.managers.safety import Watch, reframed
 from uavlab.parts.slot import Flying
@@ -66,6 +68,7 @@ class Piloting(NamedTuple):
     home: Reference  # where it took off, at the height of the ground
     mass: float  # [kg], as last believed
     lean: Vec3  # (3,) [m/s²] of the thrust against the wind, as last seen; level
+    reckoned: Reckoned  # velocity, for when the estimate has none
     events: tuple[Event, ...] = ()
     held: Held = Held()
     goal: Goal | None = None  # what the tracker is told in this tick
@@ -126,7 +129,8 @@ def told(m: Piloting, shift: Shift) -> Piloting:
     steering = s and s._replace(goal=there(s.goal), against=there(s.against))
     return m._replace(
         watch=reframed(m.watch, shift), estimate=there(m.estimate), reference=there(m.reference),
-        command=there(m.command), lean=about_z(shift.heading) @ m.lean, home=there(m.home),
+        command=there(m.command), lean=about_z(shift.heading) @ m.lean,
+        reckoned=reckoning.reframed(m.reckoned, shift), home=there(m.home),
         goal=there(m.goal), obeyed=there(m.obeyed), pending=there(m.pending), steering=steering,
         target=there(m.target), refusal=m.refusal and m.refusal._replace(goal=there(m.refusal.goal)),
     )  # fmt: skip

@@ -24,7 +24,8 @@ from uavlab.managers.bumper import checked as checked_bumper
 from uavlab.managers.fence import fenced
 from uavlab.managers.goals import asked_goal, asked_in, asked_velocity, minded, steered
 from uavlab.managers.memory import Piloting, Wants, noted, refused, told
-from uavlab.managers.modes import EMERGENCY, FAILSAFE, FLYING, GROUND, IN_AIR
+from uavlab.managers.modes import EMERGENCY, FAILSAFE, FLYING, GROUND, IN_AIR, LANDING
+from uavlab.managers.reckoning import begun
 from uavlab.managers.remote import Remote
 from uavlab.managers.remote import checked as checked_remote
 from uavlab.managers.safety import Safety, Verdict
@@ -35,6 +36,7 @@ from uavlab.managers.takeover import (
     UP,
     controlled,
     kept,
+    seated,
     tracked,
     tuned,
 )
@@ -148,6 +150,7 @@ class SafePilot:
             self.trackers.init(estimate, here if ground else None),
             self.controllers.init(estimate, None if ground else hover),
             watch.begun(self.safety), estimate, here, hover, home, self.mass, np.zeros(3),
+            begun(estimate.v),
         )  # fmt: skip
         why = "it stands on the ground" if ground else "it is in the air"
         m = noted(m, "mode", m.mode, why)
@@ -229,6 +232,11 @@ class SafePilot:
         if why:
             return m, reference, m.command, _failed(m, "tracker", why)
         wanted, reference = reference, fenced(self.area, x, reference)
+        if reference is not wanted and m.mode in {
+            EMERGENCY,
+            LANDING,
+        }:  # from there on, or it sinks outside
+            m = m._replace(tracking=seated(self.trackers, m.tracking.name, x, reference))
         m, command, why = controlled(self, m, x, reference, dt)
         if why:
             return m, reference, command, _failed(m, "controller", why)

@@ -11,6 +11,7 @@ import numpy as np
 
 from uavlab.errors import BadInput
 from uavlab.frames import heading, wrap
+from uavlab.managers import reckoning as dead
 from uavlab.managers.memory import Piloting, changed, noted
 from uavlab.managers.modes import EMERGENCY, FAILSAFE
 from uavlab.managers.safety import Play, Verdict, begun, kind_of, watched
@@ -36,6 +37,9 @@ RATES = (
     0.1,
 )  # of the rate of the failsafe, tried one after the other
 UNTRUE = 2.0  # [m/s] by which the speed that is estimated is believed against the one that was flown (ours)
+BRAKE = 1.0  # [1/s] of a velocity that a fall should not have (ours)
+CLIMBS, DROPS = -0.3, -2.0  # [m/s], between which a fall is one (ours)
+MOST = 2.5  # [m/s²] of thrust against it (ours)
 LONG = 60.0  # [s], longer than any fall
 LATE = 1.3  # times as long as it should take, and a second: then it stands
 QUICK = 0.06  # [1/s] of the throttle from then on
@@ -47,25 +51,27 @@ QUICK = 0.06  # [1/s] of the throttle from then on
 def believed(
     m: Piloting, estimate: Estimate, readings: Mapping[str, Any], dt: float
 ) -> tuple[Piloting, Estimate]:
-    """The estimate, if it is finite; else what is known of it, and for the rest the last that was.
+    """The estimate, if it is finite and stands on measurements; else what is known of it, and for the rest the last.
 
-    An attitude that is not known is carried on by what is read: turned by the gyro, its tilt that of the autopilot. For
+    A place and a velocity that are not known, or guessed, are carried on by dead reckoning, as long as that is worth
+    something; an attitude that is not known by what is read: turned by the gyro, its tilt that of the autopilot. For
     how long this may last is a matter of the watch, who sees the estimate itself.
     """
-    x = estimate
+    x, last = estimate, m.estimate
     place, turn = x.r @ x.r + x.v @ x.v, np.vdot(x.R, x.R) + x.omega @ x.omega
-    if isfinite(place + turn + x.a @ x.a):
-        return m._replace(estimate=x), x
-    last = m.estimate
-    if not isfinite(place):
-        x = x._replace(r=last.r, v=last.v, a=last.a)
-    elif not isfinite(x.a @ x.a):  # nobody needs to fall for the lack of it
-        x = x._replace(a=np.zeros(3))
     if not isfinite(turn):
         R, omega = turned(last.R, readings, dt)
         x = x._replace(R=R, omega=omega)
-    x = x._replace(reliable=x.reliable and isfinite(place + turn))
-    return m._replace(estimate=x), x
+    if not isfinite(x.a @ x.a):  # nobody needs to fall for the lack of it
+        x = x._replace(a=np.zeros(3))
+    good = x.reliable and isfinite(place)
+    reckoned = dead.reckoned(m.reckoned, x, good, x.R, readings, dt)
+    if not good and reckoned.holds:
+        x = x._replace(r=last.r + reckoned.v * dt, v=reckoned.v, a=np.zeros(3))
+    elif not isfinite(place):
+        x = x._replace(r=last.r, v=last.v, a=last.a)
+    x = x._replace(reliable=good and isfinite(turn))
+    return m._replace(estimate=x, reckoned=reckoned), x
 
 
 def turned(R: Mat3, readings: Mapping[str, Any], dt: float) -> tuple[Mat3, np.ndarray]:
@@ -94,7 +100,7 @@ def guarded(
         kind_of(getattr(flying, "part", flying)), m.switched, failures, heard, m.mode == EMERGENCY
     )
     watch, verdict = watched(pilot.safety, m.watch, told, *given, play, dt)
-    if m.light > 0.0 and verdict.level and verdict.trigger != "state missing":
+    if m.light > 0.0 and verdict.level and verdict.trigger not in MISSED:
         verdict = Verdict()  # it stands, or nearly: the ground holds it as it likes
     return m._replace(watch=watch), verdict
 
@@ -183,16 +189,31 @@ def _stood(pilot: SafePilot, m: Piloting) -> Piloting:
 def falls(
     pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float
 ) -> tuple[Piloting, Reference, Command]:
-    """A tick of the failsafe: it knows an attitude, and nothing else. The reference stands where it was."""
+    """A tick of the failsafe, which needs an attitude and nothing else. The reference stands where it was.
+
+    As long as a velocity is known it leans against what moves sideways, and keeps what climbs or drops from it (ours).
+    """
     zero = np.zeros(3)
     reference = m.reference._replace(v=zero, a=zero, j=zero, heading_rate=0.0)
     m = _stood(pilot, m)
-    falling, command = m.law.step(m.falling, estimate, reference, dt)
+    falling, eased = m.falling, 0.0
+    if m.reckoned.holds:
+        x, y, z = estimate.v
+        lean = _lean(m.lean - BRAKE * np.array((x, y, 0.0)))
+        falling, eased = falling._replace(lean=np.array((*lean, 0.0))), m.law.mass * _eased(z)
+    falling, command = m.law.step(falling, estimate, reference, dt)
     light, down = touchdown(pilot, m.mass).step(m.light, command, dt)
+    command = command._replace(f_d=max(command.f_d + eased, 0.0))
     m = m._replace(falling=falling, light=light, reference=reference, command=command)
     if down:
         return touched(m, FAILSAFE)._replace(command=OFF), reference, OFF
     return _caught(pilot, m, estimate, dt), reference, command
+
+
+def _eased(v_z: float) -> float:
+    """What is added to the thrust of a fall [m/s²] that climbs, or drops too fast."""
+    a = BRAKE * (CLIMBS - v_z) if v_z > CLIMBS else BRAKE * max(DROPS - v_z, 0.0)
+    return min(max(a, -MOST), MOST)
 
 
 def _caught(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Piloting:

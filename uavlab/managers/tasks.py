@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 NEAR, TURNED = 0.1, 0.1  # [m], [rad] of the reference from where it has to be (mrs_uav_managers)
 CLOSE = 0.2  # [m] of the estimate likewise: it is noisy (ours)
+STANDS = 0.01  # [m/s] of the reference: it does not go on (ours)
 PATIENCE = 5.0  # [s] after which it goes on though the estimate is farther than that (ours)
 LOW = 2.0  # [m] above ground, to which it flies down before it lands (mrs_uav_managers)
 SLOW = 1.0  # [m/s] of the reference, below which a lean is one against the wind (ours)
@@ -181,13 +182,16 @@ def _climbed(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Pi
 
 
 def _arrived(pilot: SafePilot, m: Piloting, estimate: Estimate, dt: float) -> Piloting:
-    """Whether it is above the place to land at, and low."""
+    """Whether it is above the place to land at, and low; if nobody aboard can take it there, it lands here."""
     goal, here = m.target, now(m)
     assert goal is not None
     turned = abs(wrap(goal.heading - here.heading))
     there = _distance(goal.r, here.r) < NEAR and turned < TURNED
-    m = m._replace(waited=m.waited + dt if there else 0.0)
+    stands = there or float(here.v @ here.v) < STANDS * STANDS
+    m = m._replace(waited=m.waited + dt if stands else 0.0)
     close = _distance(goal.r, estimate.r) < CLOSE
+    if not there and m.waited > PATIENCE:
+        return _down(pilot, m, estimate, "it does not get there")
     if not there or not (close or m.waited > PATIENCE):
         return m
     low = float(m.home.r[2]) + LOW
