@@ -132,8 +132,8 @@ def run(seeds: int) -> Outcome:
 
 _REMARKS = (
     f"{NAME} takes off to {HEIGHT:g} m and hovers under `uavlab.piloted`; at {AT:g} s something breaks. The notes have "
-    "what the watch said, and how the flight ended. After an emergency landing the motors go off within 2.5 s; under "
-    "the failsafe some seconds later, when the thrust has fallen below half of the weight, or the fall must be over.",
+    "what the watch said, and how the flight ended. After a touch the motors go off when the "
+    "thrust has been below half of the weight for 2 s, or when a fall must be over.",
     "A quadrotor of which a motor has failed turns over, or falls on, before anybody can land it: all that can be "
     "asked is that it is seen. A hexacopter flies on without it.",
     "Times are from the fault. A heading behind it is reached by the reference only after some seconds; gusts and "
